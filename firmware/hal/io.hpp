@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "shared/machine/machine.hpp"
+
+/// What passes between the controller's pure steps and a board. No clock, no I/O, no blocking behind any of it.
+///
+/// Time: inputs are sampled at t_n = n · control period. The outputs of tick n act in [t_n+1, t_n+2): the set-points
+/// are where the axes should be at t_n+1, the galvo frames leave at t_n+1 + k · 10 µs, laser runs carry absolute times
+/// in that window. `cancel_laser` alone acts at once.
+
+namespace sc {
+
+inline constexpr std::size_t kGalvoFramesPerTick = 100;
+inline constexpr std::size_t kLinkBytesPerTick = 1024;
+inline constexpr std::size_t kDriveFramesPerTick = 24;
+inline constexpr std::size_t kLaserRunsPerTick = 64;
+inline constexpr std::size_t kPathPulsesPerTick = 512;
+
+/// A CAN 2.0A frame on the drive bus.
+struct DriveFrame {
+    std::uint16_t id = 0;
+    std::uint8_t size = 0;
+    std::array<std::uint8_t, 8> data{};
+    bool operator==(const DriveFrame&) const noexcept = default;
+};
+
+/// Digital inputs as bits; true means healthy, so a broken wire reads as the fault.
+struct DigitalInputs {
+    bool estop_closed = false;
+    bool interlock_closed = false;
+    bool laser_ready = false;  ///< source: supplies and temperature are good
+    bool laser_no_alarm = false;
+    bool operator==(const DigitalInputs&) const noexcept = default;
+};
+
+struct DigitalOutputs {
+    bool master_oscillator = false;  ///< MO / EE
+    bool guide_laser = false;
+    bool light_red = false;
+    bool light_yellow = false;
+    bool light_green = false;
+    bool operator==(const DigitalOutputs&) const noexcept = default;
+};
+
+/// XY2-100 status word of a healthy head.
+inline constexpr std::uint16_t kGalvoStatusOk = 0xFDFD;
+
+/// Why the guard shut the gate; a bit set, 0 = open.
+enum class GuardCause : std::uint8_t { none = 0, estop = 1, interlock = 2, laser_alarm = 4, galvo = 8 };
+
+struct ServoInputs {
+    std::int64_t tick = 0;
+    std::span<const std::uint8_t> link_rx;  ///< bytes that have arrived since the last tick (framed, serial carrier)
+    std::span<const DriveFrame> drive_rx;   ///< frames that have arrived since the last tick
+    DigitalInputs digital;
+    std::uint16_t galvo_status = 0;
+    std::uint8_t guard_causes = 0;  ///< what the guard has seen since the last tick, GuardCause bits
+};
+
+/// One XY2-100 frame: the place asked for at the surface relative to the field's centre, and the two words on the wire.
+struct GalvoFrame {
+    std::int64_t x_pm = 0;  ///< along h x, before field correction
+    std::int64_t z_pm = 0;
+    std::uint32_t word_x = 0;  ///< 20 bits
+    std::uint32_t word_z = 0;
+};
+
+/// A run of triggers: trigger k (k = 0 .. count·pick − 1 of the source's sync) leaves at
+/// t0 + k·period + change·k·(k−1)/2; every `pick`-th of them, from the first, is let through the gate and makes a
+/// pulse.
+struct LaserRun {
+    std::int64_t t0_ns = 0;         ///< absolute control time
+    std::int64_t period_ns256 = 0;  ///< between pulses that pass the gate, 1/256 ns
+    std::int32_t change_ns256 = 0;  ///< added to the period after each pulse, 1/256 ns
+    std::uint16_t count = 0;        ///< pulses
+    std::uint8_t pick = 1;          ///< the source's rate is pick times the pulse rate
+    std::uint8_t power = 0;         ///< power byte
+};
+
+/// A pulse in the path domain: what `command_trace_sha256` is made over. Independent of latencies and of when data
+/// came.
+struct PathPulse {
+    std::uint32_t path = 0;
+    std::uint8_t pass = 0;
+    std::uint8_t energy_code = 0;            ///< power byte
+    std::uint32_t number = 0;                ///< in this pass, from 0
+    std::int64_t s_pm = 0;                   ///< distance along the path from its first point
+    std::array<std::int64_t, 3> place_pm{};  ///< commanded place of the beam in h
+    std::int64_t t_ns = 0;                   ///< since the path's time law began
+};
+
+struct ServoOutputs {
+    std::array<std::uint8_t, kLinkBytesPerTick> link_tx{};
+    std::size_t link_tx_size = 0;
+    std::array<DriveFrame, kDriveFramesPerTick> drive_tx{};
+    std::size_t drive_tx_size = 0;
+    AxisPositions set_point{};  ///< what was asked of the axes before rounding to counts (for the traces)
+    std::array<GalvoFrame, kGalvoFramesPerTick> galvo{};
+    std::array<LaserRun, kLaserRunsPerTick> laser{};
+    std::size_t laser_size = 0;
+    std::array<PathPulse, kPathPulsesPerTick> pulses{};
+    std::size_t pulses_size = 0;
+    DigitalOutputs digital;
+    bool gate_allowed = false;  ///< what frame_guard may let through in the window of this tick
+    bool cancel_laser = false;  ///< shut the gate now and drop every queued run
+    std::uint8_t state = 0;     ///< firmware/safety State, for traces
+    std::uint64_t faults = 0;
+};
+
+/// Inputs of the guard, sampled at 10 kHz or more between ticks.
+struct GuardInputs {
+    DigitalInputs digital;
+    std::uint16_t galvo_status = 0;
+    bool gate_allowed = false;  ///< the last ServoOutputs' word
+};
+struct GuardVeto {
+    bool close_gate = true;   ///< shut the gate and drop queued runs
+    std::uint8_t causes = 0;  ///< GuardCause bits
+};
+
+}  // namespace sc

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shared/codes/codes.hpp"
+
+#include <array>
+
+namespace sc {
+namespace {
+
+constexpr auto row(Fault code, std::string_view name, std::string_view text, std::string_view action) noexcept {
+    return CodeText{static_cast<std::uint16_t>(code), name, text, action};
+}
+constexpr auto row(Refusal code, std::string_view name, std::string_view text, std::string_view action) noexcept {
+    return CodeText{static_cast<std::uint16_t>(code), name, text, action};
+}
+constexpr auto row(LimitedBy code, std::string_view name, std::string_view text, std::string_view action) noexcept {
+    return CodeText{static_cast<std::uint16_t>(code), name, text, action};
+}
+
+constexpr std::array kRows{
+    row(Fault::estop_open, "estop_open", "the emergency stop chain is open",
+        "close the chain, then reset the fault and arm again"),
+    row(Fault::interlock_open, "interlock_open", "the laser interlock (door, hood) is open",
+        "close the enclosure, then reset the fault and arm again"),
+    row(Fault::laser_alarm, "laser_alarm", "the laser source reports an alarm",
+        "read the source's own display; back reflection and temperature are the usual causes"),
+    row(Fault::galvo_not_ready, "galvo_not_ready", "the galvo head reports that it is not ready",
+        "check the head's supply, its temperature and the XY2-100 cable"),
+    row(Fault::drive_fault, "drive_fault", "a servo drive is in its fault state",
+        "read the drive's error code in the fault record, remove the cause, reset the fault"),
+    row(Fault::drive_lost, "drive_lost", "a servo drive has gone silent on the drive bus",
+        "check the drive's supply and the bus cable and terminators"),
+    row(Fault::following_error, "following_error", "an axis does not follow its set-point",
+        "look for a collision, a brake that holds or a limit set too high"),
+    row(Fault::encoder_frozen, "encoder_frozen", "an axis is commanded to move and its encoder stands still",
+        "check the encoder and the coupling before moving the axis again"),
+    row(Fault::homing_failed, "homing_failed", "an axis did not find its reference",
+        "check the reference switch, then home again"),
+    row(Fault::link_lost, "link_lost", "the host link stayed silent for longer than a job can be held",
+        "reconnect, reset the fault; the journal says how far the job came"),
+    row(Fault::planner_late, "planner_late", "the planner did not publish its result in its fixed time",
+        "report this: the work budget of this board is too small"),
+    row(Fault::soft_limit, "soft_limit", "a set-point lies outside an axis' travel",
+        "report this: the path was accepted and should not have been"),
+    row(Fault::keep_out, "keep_out", "a set-point lies inside a keep-out volume",
+        "report this: the path was accepted and should not have been"),
+    row(Fault::turn_not_retracted, "turn_not_retracted", "the turntable was about to turn with y not retracted",
+        "report this, and look at the fault record before moving"),
+    row(Fault::mark_rule, "mark_rule", "a pulse was about to leave outside the rule for marking",
+        "report this, with the log of the job"),
+    row(Fault::arithmetic_state, "arithmetic_state", "rounding mode, flush-to-zero or a number that is none",
+        "report this: another part of the program changed the floating-point state"),
+    row(Refusal::schema_mismatch, "schema_mismatch", "host and controller speak different messages",
+        "install host and firmware of the same version"),
+    row(Refusal::version_mismatch, "version_mismatch", "host and controller differ in protocol version",
+        "install host and firmware of the same version"),
+    row(Refusal::not_connected, "not_connected", "no session is open", "connect first"),
+    row(Refusal::wrong_state, "wrong_state", "the command does not fit the state the cell is in",
+        "see the state in `scribecell monitor`"),
+    row(Refusal::not_homed, "not_homed", "the axes have not been homed", "home first"),
+    row(Refusal::estop_open, "estop_open_refused", "the emergency stop chain is open", "close the chain first"),
+    row(Refusal::interlock_open, "interlock_open_refused", "the laser interlock is open", "close the enclosure first"),
+    row(Refusal::laser_not_ready, "laser_not_ready", "the laser source is not ready",
+        "wait for the source, or read its alarm"),
+    row(Refusal::galvo_convention_unset, "galvo_convention_unset", "the galvo's sign convention has not been set",
+        "set it in the machine's configuration: a wrong guess throws the beam to the edge of the field"),
+    row(Refusal::unknown_command, "unknown_command", "the controller does not know this command",
+        "install host and firmware of the same version"),
+    row(Refusal::job_mismatch, "job_mismatch", "the message belongs to another job",
+        "open the job again, or resume with its own journal"),
+    row(Refusal::malformed_block, "malformed_block", "a block of points cannot be decoded",
+        "report this: its checksum was right, so the sender is wrong"),
+    row(Refusal::item_out_of_order, "item_out_of_order", "an item of the job stands where it may not",
+        "report this: a path must begin, have points, and end"),
+    row(Refusal::out_of_travel, "out_of_travel", "a point lies outside the travel of an axis",
+        "move the workpiece, or scribe this line from another face"),
+    row(Refusal::in_keep_out, "in_keep_out", "a point lies in a keep-out volume",
+        "move the workpiece, or change the volume in the machine's configuration"),
+    row(Refusal::travel_through_keep_out, "travel_through_keep_out",
+        "the way to a path leads through a keep-out volume",
+        "change the order of the paths, or turn the face between them"),
+    row(Refusal::turn_out_of_range, "turn_out_of_range", "the turntable cannot reach this angle",
+        "use an angle within the range of C"),
+    row(Refusal::jog_out_of_range, "jog_out_of_range", "the jog is longer than one step may be, or leaves the travel",
+        "use smaller steps"),
+    row(Refusal::galvo_out_of_field, "galvo_out_of_field", "a point lies outside the field of the galvo",
+        "mark it with the axes, or nearer to the anchor"),
+    row(Refusal::c_motion_in_path, "c_motion_in_path",
+        "a path that moves the turntable while marking is not possible yet", "split the line by face"),
+    row(Refusal::bad_speed, "bad_speed", "the speed of a path is zero, negative or above what the machine can do",
+        "see the limits in `scribecell monitor --config`"),
+    row(Refusal::bad_pitch, "bad_pitch", "the pulse pitch does not fit the speed and the pulse rates of the source",
+        "keep speed / pitch within the rates of the source"),
+    row(Refusal::bad_energy, "bad_energy", "the pulse energy is zero or above what the source gives at this rate",
+        "lower the energy or the pulse rate"),
+    row(Refusal::path_too_short, "path_too_short", "a path has fewer than two distinct points", "remove it"),
+    row(Refusal::too_many_points, "too_many_points", "more points than announced",
+        "report this: the stream does not match its job"),
+    row(Refusal::bad_config, "bad_config", "a parameter is not a number or out of its range", "correct the parameter"),
+    row(Refusal::fault_present, "fault_present", "the cause of a fault is still there", "remove it, then reset again"),
+    row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
+    row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
+    row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),
+    row(LimitedBy::axis_jerk, "axis_jerk", "jerk of an axis", ""),
+    row(LimitedBy::corner, "corner", "a corner within its tolerance", ""),
+    row(LimitedBy::pulse_rate, "pulse_rate", "pulse rate of the source", ""),
+    row(LimitedBy::starved, "starved", "points do not arrive fast enough", ""),
+    row(LimitedBy::override_zero, "override_zero", "feed hold", ""),
+};
+
+constexpr bool ascending() noexcept {
+    for (std::size_t i = 1; i < kRows.size(); ++i) {
+        if (kRows.at(i - 1).number >= kRows.at(i).number) {
+            return false;
+        }
+    }
+    return true;
+}
+static_assert(ascending(), "codes are listed once each, in order of number");
+
+}  // namespace
+
+std::span<const CodeText> code_list() noexcept { return kRows; }
+
+const CodeText* find_code(std::uint16_t number) noexcept {
+    for (const CodeText& candidate : kRows) {
+        if (candidate.number == number) {
+            return &candidate;
+        }
+    }
+    return nullptr;
+}
+const CodeText* find_code(Fault code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
+const CodeText* find_code(Refusal code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
+const CodeText* find_code(LimitedBy code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
+
+}  // namespace sc

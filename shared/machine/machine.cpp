@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shared/machine/machine.hpp"
+
+namespace sc {
+
+MachineConfig reference_machine() noexcept {
+    using namespace literals;
+    MachineConfig m;
+    // Linear axes: 0.2 m/s, 5 m/s², 200 m/s³, 1 µm drive counts. Travel holds the RAS3DM workpiece on all four faces.
+    for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
+        AxisConfig& a = m.axis[index(axis)];
+        a.speed = 0.2;
+        a.acceleration = 5.0;
+        a.jerk = 200.0;
+        a.counts_per_unit = 1e6;
+        a.following_window = 0.2e-3;
+        a.latency_ns = 4'000'000;
+        a.drive_node = static_cast<std::uint8_t>(index(axis) + 1);
+    }
+    m.axis[index(Axis::x)].travel_min = -0.450;
+    m.axis[index(Axis::x)].travel_max = 0.005;
+    m.axis[index(Axis::x)].home_position = 0.0;
+    m.axis[index(Axis::y)].travel_min = -0.400;
+    m.axis[index(Axis::y)].travel_max = 0.005;
+    m.axis[index(Axis::y)].home_position = 0.0;
+    m.axis[index(Axis::z)].travel_min = -0.500;
+    m.axis[index(Axis::z)].travel_max = 0.005;
+    m.axis[index(Axis::z)].home_position = 0.0;
+    AxisConfig& c = m.axis[index(Axis::c)];
+    c.travel_min = -365.0;
+    c.travel_max = 365.0;
+    c.speed = 45.0;
+    c.acceleration = 180.0;
+    c.jerk = 1800.0;
+    c.counts_per_unit = 1000.0;
+    c.following_window = 0.05;
+    c.home_position = 0.0;
+    c.latency_ns = 4'000'000;
+    c.drive_node = 4;
+
+    // A 10 mm aperture head behind an f = 160 mm lens, used well inside its field.
+    m.galvo.half_field = 20_mm;
+    m.galvo.speed = 2.0_m_s;
+    m.galvo.acceleration = 8000.0_m_s2;
+    m.galvo.jerk = 8e7_m_s3;
+    m.galvo.counts_per_metre = 65536.0 / 0.110;
+    m.galvo.latency_ns = 160'000;
+    m.galvo.convention = GalvoConvention::offset_binary;
+
+    m.laser.power = 80.0_W;
+    m.laser.prr_min = 20_kHz;
+    m.laser.prr_nominal = 80_kHz;
+    m.laser.mo_wait_ns = 8'000'000;
+    m.laser.latency_ns = 1'000;
+    m.laser.mark_speed_min = 2.0_mm_s;
+
+    // The workpiece swings within 240 mm of the table's axis at y = -470 mm: at y >= -200 mm nothing can be met.
+    m.y_retracted = Length::from_si(-0.200);
+    m.park_tolerance = 3_um;
+    m.settle_ns = 50'000'000;
+    // The focus must not be driven into the table top, nor below it.
+    m.keep_out[0] = {{-0.460, -0.410, -0.510}, {0.010, 0.010, -0.480}};
+    m.keep_out_count = 1;
+    return m;
+}
+
+}  // namespace sc
