@@ -19,7 +19,7 @@ namespace sc {
 inline constexpr std::size_t kGalvoFramesPerTick = 100;
 inline constexpr std::size_t kLinkBytesPerTick = 1024;
 inline constexpr std::size_t kDriveFramesPerTick = 24;
-inline constexpr std::size_t kLaserRunsPerTick = 64;
+inline constexpr std::size_t kLaserRunsPerTick = 176;
 inline constexpr std::size_t kPathPulsesPerTick = 512;
 
 /// A CAN 2.0A frame on the drive bus.

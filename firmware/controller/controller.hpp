@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/controller/job_runner.hpp"
+#include "firmware/drives/drive_master.hpp"
+#include "firmware/hal/io.hpp"
+#include "firmware/link/endpoint.hpp"
+#include "firmware/safety/laser_rule.hpp"
+#include "firmware/safety/supervisor.hpp"
+#include "firmware/safety/watch.hpp"
+#include "shared/machine/machine.hpp"
+
+namespace sc {
+
+/// The whole controller of a cell: two pure steps that a board calls. No clock, no I/O, no heap, no blocking. About 1 MB;
+/// give it static storage.
+///
+/// Order within a tick: link in, events, faults, motion, watches, gate, drives, link out. The set-points of this tick are
+/// watched in this tick; the drives' answers are those of the last.
+class Controller {
+public:
+    /// `boot_id` should differ at each start.
+    Controller(const MachineConfig& machine, std::uint32_t boot_id) noexcept;
+
+    /// Each control period, hard. Bounded by the frames, bytes and pulses of one tick.
+    void servo_step(const ServoInputs& in, ServoOutputs& out) noexcept;
+    /// Look-ahead planning: up to `units` elements of work. Pre-emptible by servo_step on boards that make it so; what it does takes
+    /// effect at a tick that was fixed when the task began. A board that gives fewer than motion::kUnitsPerTick a tick is late.
+    void plan_step(std::uint32_t units) noexcept { runner_.work(units); }
+
+    [[nodiscard]] State state() const noexcept { return supervisor_.state(); }
+    [[nodiscard]] std::uint64_t faults() const noexcept { return supervisor_.faults(); }
+    [[nodiscard]] const safety::FaultRecord& first_fault() const noexcept { return supervisor_.first_fault(); }
+    [[nodiscard]] const link::Endpoint& link() const noexcept { return link_; }
+
+private:
+    struct Verdict {
+        Refusal refusal = Refusal::none;
+        std::int64_t detail = 0;
+    };
+
+    void take_events(const ServoInputs& in) noexcept;
+    [[nodiscard]] Verdict decide(const link::Command& command, const ServoInputs& in) noexcept;
+    [[nodiscard]] Verdict post(safety::Event event) noexcept;
+    [[nodiscard]] Verdict arm(const ServoInputs& in) noexcept;
+    [[nodiscard]] Verdict jog(const link::Command& command) noexcept;
+    [[nodiscard]] Verdict abort() noexcept;
+    [[nodiscard]] Verdict open(const link::JobOpen& job) noexcept;
+    [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
+
+    void watch_inputs(const ServoInputs& in) noexcept;
+    void watch_drives(const ServoInputs& in) noexcept;
+    void watch_link(const ServoInputs& in) noexcept;
+    void watch_set_points(const AxisPositions& before, std::int64_t tick) noexcept;
+    void trip(Fault fault, std::uint8_t axis, std::int64_t tick) noexcept;
+    [[nodiscard]] std::uint64_t present_faults(const ServoInputs& in) const noexcept;
+    void try_reset(const ServoInputs& in) noexcept;
+
+    void advance_states(const ServoInputs& in) noexcept;
+    void advance_stop(std::int64_t tick) noexcept;
+    void gate(const ServoInputs& in, ServoOutputs& out) noexcept;
+    void drive(const ServoInputs& in, ServoOutputs& out) noexcept;
+    void follow_drives() noexcept;
+    void report(const ServoInputs& in, ServoOutputs& out) noexcept;
+    [[nodiscard]] bool homed() const noexcept;
+
+    MachineConfig machine_;
+    link::Endpoint link_;
+    drives::DriveMaster drives_;
+    safety::Supervisor supervisor_;
+    safety::MoSequencer mo_;
+    safety::FollowingWatch following_;
+    JobRunner runner_;
+
+    drives::Outcome drives_seen_{};
+    std::uint8_t home_stage_ = 0;        ///< 0: y, 1: x and z, 2: C
+    bool job_open_ = false;
+    bool job_done_ = false;
+    std::uint32_t job_items_ = 0;
+    safety::Event stop_reason_ = safety::Event::hold;
+    std::int64_t silent_since_ = 0;
+    bool reset_wanted_ = false;
+    std::uint32_t reset_sequence_ = 0;
+    std::int64_t reset_deadline_ = 0;
+    bool reset_drives_ = false;
+    bool cancel_ = false;
+    bool pulses_before_ = false;         ///< the last tick's outputs held pulses
+    std::uint32_t pulses_total_ = 0;
+    std::uint32_t starvations_ = 0;
+    std::int64_t stale_ticks_ = 0;
+    State reported_state_ = State::boot;
+    std::int64_t report_tick_ = -1'000'000;
+};
+
+}  // namespace sc

@@ -1,0 +1,539 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/controller/job_runner.hpp"
+
+#include "firmware/laser/xy2_100.hpp"
+#include "firmware/motion/axis_map.hpp"
+#include "firmware/safety/watch.hpp"
+#include "shared/math/scalar.hpp"
+
+namespace sc {
+namespace {
+
+constexpr std::uint32_t kPointsPerTick = 16;
+constexpr double kUnlimited = 1e30;
+/// Points keep this far from the ends of travel, so that compensation cannot push a set-point over them.
+constexpr double kTravelMargin = 0.2e-3;
+constexpr std::int64_t kDrainTicks = 3;
+
+constexpr std::size_t kX = index(Axis::x);
+constexpr std::size_t kY = index(Axis::y);
+constexpr std::size_t kZ = index(Axis::z);
+constexpr std::size_t kC = index(Axis::c);
+
+double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / kWireUnitsPerMetre; }
+
+}  // namespace
+
+JobRunner::JobRunner(const MachineConfig& machine) noexcept : machine_(machine) {
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        stage_limits_.speed[i] = machine.axis[i].speed;
+        stage_limits_.acceleration[i] = machine.axis[i].acceleration;
+        stage_limits_.jerk[i] = machine.axis[i].jerk;
+    }
+    galvo_limits_.speed.fill(kUnlimited);
+    galvo_limits_.acceleration.fill(kUnlimited);
+    galvo_limits_.jerk.fill(kUnlimited);
+    for (const std::size_t mirror : {kX, kZ}) {
+        galvo_limits_.speed[mirror] = machine.galvo.speed.si();
+        galvo_limits_.acceleration[mirror] = machine.galvo.acceleration.si();
+        galvo_limits_.jerk[mirror] = machine.galvo.jerk.si();
+    }
+}
+
+double JobRunner::seconds(std::int64_t ticks) const noexcept {
+    return static_cast<double>(ticks * machine_.control_period_ns) * 1e-9;
+}
+
+std::int64_t JobRunner::light_lag_ns() const noexcept {
+    const std::int64_t beam =
+        path_.actuator == Actuator::galvo ? machine_.galvo.latency_ns : machine_.axis[kX].latency_ns;
+    return beam - machine_.laser.latency_ns;
+}
+
+void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
+    set_point_ = set_point;
+    place_ = motion::place_of(compensation_, set_point);
+}
+
+void JobRunner::set_compensation(const Compensation& compensation) noexcept {
+    compensation_ = compensation;
+    place_ = motion::place_of(compensation_, set_point_);
+}
+
+void JobRunner::start_job() noexcept {
+    drop();
+    phase_ = Phase::next_item;
+    items_taken_ = planned_ = fired_ = 0;
+    fired_position_ = {};
+}
+
+void JobRunner::drop() noexcept {
+    planner_.open({});
+    phase_ = Phase::idle;
+    stopping_ = waiting_ = path_closed_ = false;
+    refusal_ = {};
+    limited_by_ = LimitedBy::none;
+}
+
+void JobRunner::refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept {
+    if (refusal_.refusal == Refusal::none) {
+        const double scale = axis == Axis::c ? kWireUnitsPerDegree : kWireUnitsPerMetre;
+        refusal_ = {refusal, item, static_cast<std::uint8_t>(axis), rounded(value * scale)};
+    }
+}
+
+bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexcept {
+    for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
+        const AxisConfig& config = machine_.axis[index(axis)];
+        const double p = place[index(axis)];
+        if (!(p >= config.travel_min + kTravelMargin && p <= config.travel_max - kTravelMargin)) {
+            refuse(Refusal::out_of_travel, item, axis, p);
+            return false;
+        }
+    }
+    if (safety::in_keep_out(machine_, {place[kX], place[kY], place[kZ]})) {
+        refuse(Refusal::in_keep_out, item, Axis::z, place[kZ]);
+        return false;
+    }
+    return true;
+}
+
+// --- items --------------------------------------------------------------------------------------------------------------
+
+void JobRunner::take_item(ItemQueue& items) noexcept {
+    const Item* front = items.front();
+    if (front == nullptr) {
+        waiting_ = true;
+        limited_by_ = LimitedBy::starved;
+        return;
+    }
+    const Item item = *front;
+    items.pop();
+    ++items_taken_;
+    if (const auto* turn = std::get_if<Turn>(&item)) {
+        begin_turn(*turn);
+    } else if (const auto* begin = std::get_if<PathBegin>(&item)) {
+        begin_path(*begin);
+    } else if (std::holds_alternative<JobEnd>(item)) {
+        motion::Place to = place_;
+        to[kY] = larger(place_[kY], machine_.y_retracted.si());
+        begin_stage_move(to, Phase::end_retract);
+    } else {
+        refuse(Refusal::item_out_of_order, items_taken_ - 1, Axis::x, 0.0);
+    }
+}
+
+void JobRunner::begin_turn(const Turn& turn) noexcept {
+    const double angle = static_cast<double>(turn.c) / kWireUnitsPerDegree;
+    const AxisConfig& c = machine_.axis[kC];
+    if (!(angle >= c.travel_min && angle <= c.travel_max)) {
+        refuse(Refusal::turn_out_of_range, items_taken_ - 1, Axis::c, angle);
+        return;
+    }
+    target_ = place_;
+    if (angle != place_[kC]) {
+        target_[kY] = larger(place_[kY], machine_.y_retracted.si());
+    }
+    begin_stage_move(target_, Phase::turn_retract);
+    target_[kC] = angle;
+}
+
+void JobRunner::begin_path(const PathBegin& begin) noexcept {
+    const std::uint32_t item = items_taken_ - 1;
+    path_ = begin;
+    laser::PulseSpec pulses;
+    pulses.path = begin.path;
+    pulses.pass = begin.pass;
+    pulses.pitch = static_cast<double>(begin.pitch_nm) * 1e-9;
+    pulses.energy = static_cast<double>(begin.energy_nj) * 1e-9;
+    pulses.speed_min = machine_.laser.mark_speed_min.si();
+    pulses.prr_min = machine_.laser.prr_min.si();
+    pulses.prr_nominal = machine_.laser.prr_nominal.si();
+    pulses.power = machine_.laser.power.si();
+    motion::PathSpec spec;
+    spec.speed = static_cast<double>(begin.speed_um_s) * 1e-6;
+    spec.tolerance = static_cast<double>(begin.tolerance_nm) * 1e-9;
+    spec.limits = begin.actuator == Actuator::galvo ? galvo_limits_ : stage_limits_;
+    const double fastest = begin.actuator == Actuator::galvo ? machine_.galvo.speed.si() : machine_.axis[kX].speed;
+    if (!(spec.speed >= pulses.speed_min && spec.speed <= fastest)) {
+        refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
+    } else if (!(pulses.pitch > 0.0 && spec.speed <= pulses.pitch * pulses.prr_nominal)) {
+        refuse(Refusal::bad_pitch, item, Axis::x, pulses.pitch);
+    } else if (!(pulses.energy > 0.0 && pulses.energy * pulses.prr_nominal <= pulses.power)) {
+        refuse(Refusal::bad_energy, item, Axis::x, pulses.energy);
+    } else if (!laser::firing_at(spec.speed, pulses).possible) {
+        refuse(Refusal::bad_pitch, item, Axis::x, pulses.pitch);
+    }
+    if (begin.actuator == Actuator::galvo) {
+        (void)in_travel({metres(begin.anchor_x), metres(begin.anchor_y), metres(begin.anchor_z), place_[kC]}, item);
+    }
+    planner_.open(spec);
+    placer_.open(pulses);
+    hint_ = 0;
+    path_closed_ = false;
+    phase_ = Phase::open_path;
+}
+
+void JobRunner::add_point(const PathPoint& point, std::uint32_t item) noexcept {
+    const motion::Place place{metres(point.x), metres(point.y), metres(point.z), place_[kC]};
+    if (path_.actuator == Actuator::galvo) {
+        const double half = machine_.galvo.half_field.si();
+        const double x = place[kX] - metres(path_.anchor_x);
+        const double z = place[kZ] - metres(path_.anchor_z);
+        if (!(absolute(x) <= half)) {
+            refuse(Refusal::galvo_out_of_field, item, Axis::x, x);
+        } else if (!(absolute(z) <= half)) {
+            refuse(Refusal::galvo_out_of_field, item, Axis::z, z);
+        }
+    } else {
+        (void)in_travel(place, item);
+    }
+    planner_.add(place, item);
+}
+
+void JobRunner::feed(ItemQueue& items) noexcept {
+    for (std::uint32_t n = 0; n < kPointsPerTick && !path_closed_ && planner_.wants_points(); ++n) {
+        const Item* front = items.front();
+        if (front == nullptr || refusal_.refusal != Refusal::none) {
+            return;
+        }
+        const std::uint32_t item = items_taken_;
+        if (const auto* point = std::get_if<PathPoint>(front)) {
+            add_point(*point, item);
+        } else if (std::holds_alternative<PathEnd>(*front)) {
+            path_closed_ = true;
+            path_end_item_ = item;
+            if (!planner_.finish()) {
+                refuse(Refusal::path_too_short, item, Axis::x, 0.0);
+            } else if (path_.actuator == Actuator::axes) {
+                const motion::ElementRing& ring = planner_.elements();
+                (void)in_travel(ring.at(ring.end() - 1).place(ring.tau()), item);
+            }
+        } else {
+            refuse(Refusal::item_out_of_order, item, Axis::x, 0.0);
+            return;
+        }
+        items.pop();
+        ++items_taken_;
+    }
+}
+
+// --- dark moves -----------------------------------------------------------------------------------------------------------
+
+void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept {
+    const Vec3 from{place_[kX], place_[kY], place_[kZ]};
+    if (phase != Phase::jog && safety::through_keep_out(machine_, from, {to[kX], to[kY], to[kZ]})) {
+        refuse(Refusal::travel_through_keep_out, items_taken_ - 1, Axis::z, to[kZ]);
+        return;
+    }
+    target_ = to;
+    move_.begin(place_, to, stage_limits_, phase == Phase::jog ? jog_speed_ : kUnlimited);
+    phase_ = phase;
+    phase_tick_ = tick_;
+}
+
+void JobRunner::begin_travel() noexcept {
+    motion::Place to = planner_.builder().start();
+    if (path_.actuator == Actuator::galvo) {
+        to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
+    } else if (!in_travel(to, items_taken_ - 1)) {
+        return;
+    }
+    const double retracted = machine_.y_retracted.si();
+    if (place_[kY] >= retracted - 1e-9 && to[kY] < retracted) {
+        to[kY] = place_[kY];
+        begin_stage_move(to, Phase::travel_across);
+    } else {
+        begin_stage_move(to, Phase::travel_in);
+    }
+}
+
+void JobRunner::begin_jump() noexcept {
+    motion::Place to{};
+    if (path_.actuator == Actuator::galvo) {
+        const motion::Place& start = planner_.builder().start();
+        to = {start[kX] - metres(path_.anchor_x), 0.0, start[kZ] - metres(path_.anchor_z), 0.0};
+    }
+    move_.begin({field_x_, 0.0, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
+    phase_ = Phase::jump;
+    phase_tick_ = tick_;
+}
+
+void JobRunner::start_jog(Axis axis, double distance, double speed) noexcept {
+    drop();
+    motion::Place to = place_;
+    to[index(axis)] += distance;
+    jog_speed_ = speed;
+    begin_stage_move(to, Phase::jog);
+}
+
+void JobRunner::move_done() noexcept {
+    switch (phase_) {
+        case Phase::turn_retract: {
+            const motion::Place at = place_;
+            motion::Place to = at;
+            to[kC] = target_[kC];
+            begin_stage_move(to, Phase::turn_c);
+            break;
+        }
+        case Phase::travel_across: {
+            motion::Place to = planner_.builder().start();
+            if (path_.actuator == Actuator::galvo) {
+                to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
+            }
+            begin_stage_move(to, Phase::travel_in);
+            break;
+        }
+        case Phase::travel_in: begin_jump(); break;
+        case Phase::jump: phase_ = Phase::settle; break;
+        case Phase::turn_c:
+            fired_ = planned_ = items_taken_;
+            phase_ = Phase::next_item;
+            break;
+        case Phase::end_retract:
+            fired_ = planned_ = items_taken_;
+            phase_ = Phase::done;
+            break;
+        case Phase::jog: phase_ = Phase::idle; break;
+        case Phase::idle:
+        case Phase::next_item:
+        case Phase::open_path:
+        case Phase::settle:
+        case Phase::await_plan:
+        case Phase::path:
+        case Phase::done: break;
+    }
+}
+
+void JobRunner::move_step(ServoOutputs& out) noexcept {
+    const double t = seconds(tick_ - phase_tick_);
+    limited_by_ = LimitedBy::axis_speed;
+    const bool done = move_.done(t);
+    if (phase_ == Phase::jump) {
+        for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
+            const motion::Place field =
+                move_.at(t + static_cast<double>(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9);
+            galvo_frame(k, field[kX], field[kZ], out);
+            field_x_ = field[kX];
+            field_z_ = field[kZ];
+        }
+    } else {
+        place_ = move_.at(t);
+        rest_ticks_ = 0;
+        galvo_still(out);
+    }
+    if (!done) {
+        return;
+    }
+    if (stopping_) {
+        at_rest_ = true;
+    } else {
+        move_done();
+    }
+}
+
+// --- the path ---------------------------------------------------------------------------------------------------------------
+
+void JobRunner::galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept {
+    const auto counts = laser::galvo_counts(x, z, compensation_, machine_.galvo.counts_per_metre);
+    GalvoFrame& frame = out.galvo[k];
+    frame.x_pm = rounded(x * kPmPerMetre);
+    frame.z_pm = rounded(z * kPmPerMetre);
+    frame.word_x = laser::xy2_100_word(counts[0], machine_.galvo.convention);
+    frame.word_z = laser::xy2_100_word(counts[1], machine_.galvo.convention);
+}
+
+void JobRunner::galvo_still(ServoOutputs& out) const noexcept {
+    galvo_frame(0, field_x_, field_z_, out);
+    for (std::size_t k = 1; k < kGalvoFramesPerTick; ++k) {
+        out.galvo[k] = out.galvo[0];
+    }
+}
+
+void JobRunner::place_pulses(double t, bool may_mark, ServoOutputs& out) noexcept {
+    if (!may_mark) {
+        return;
+    }
+    const std::int64_t lag = light_lag_ns();
+    const double from = t - static_cast<double>(lag) * 1e-9;
+    const std::int64_t act = (phase_tick_ + 1) * machine_.control_period_ns + lag;
+    placer_.place(planner_, from, from + seconds(1), act, out);
+    if (out.laser_size > 0) {
+        const double period = static_cast<double>(out.laser[0].period_ns256) / 256e9;
+        pulse_speed_ = period > 0.0 ? static_cast<double>(path_.pitch_nm) * 1e-9 / period : 0.0;
+        fired_position_ = {path_.path, path_.pass, placer_.last_item(), placer_.next_pulse()};
+        if (placer_.last_item() > fired_) {
+            fired_ = placer_.last_item();
+        }
+    }
+}
+
+void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
+    const std::int64_t since = tick_ - phase_tick_;
+    if (since < 0) {
+        galvo_still(out);
+        return;
+    }
+    const double t = seconds(since);
+    const motion::MotionState state = planner_.state(t, hint_);
+    limited_by_ = planner_.stopped() ? LimitedBy::starved : planner_.elements().at(state.element).limited;
+    if (path_.actuator == Actuator::galvo) {
+        for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
+            const double frame_time =
+                t + static_cast<double>(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9;
+            const motion::Place beam = planner_.place(planner_.state(frame_time, hint_));
+            field_x_ = beam[kX] - metres(path_.anchor_x);
+            field_z_ = beam[kZ] - metres(path_.anchor_z);
+            galvo_frame(k, field_x_, field_z_, out);
+        }
+    } else {
+        const motion::Place beam = planner_.place(state);
+        place_ = {beam[kX], beam[kY], beam[kZ], place_[kC]};
+        rest_ticks_ = 0;
+        galvo_still(out);
+    }
+    place_pulses(t, may_mark, out);
+    const double lag = static_cast<double>(light_lag_ns()) * 1e-9;
+    planner_.forget_before(t - lag - seconds(2));
+    const bool drained = t > planner_.law().end_time() + lag + seconds(kDrainTicks);
+    if (planner_.stopped() && drained) {
+        at_rest_ = true;
+    } else if (planner_.complete() && drained) {
+        finish_path();
+    }
+}
+
+void JobRunner::finish_path() noexcept {
+    fired_ = planned_ = path_end_item_ + 1;
+    phase_ = Phase::next_item;
+    path_closed_ = false;
+    at_rest_ = stopping_;
+}
+
+// --- the tick ---------------------------------------------------------------------------------------------------------------
+
+void JobRunner::request_stop() noexcept {
+    if (stopping_) {
+        return;
+    }
+    stopping_ = true;
+    switch (phase_) {
+        case Phase::turn_retract:
+        case Phase::turn_c:
+        case Phase::travel_across:
+        case Phase::travel_in:
+        case Phase::jump:
+        case Phase::end_retract:
+        case Phase::jog: move_.stop(seconds(tick_ + 1 - phase_tick_)); break;
+        case Phase::path: planner_.request_stop(); break;
+        case Phase::idle:
+        case Phase::next_item:
+        case Phase::open_path:
+        case Phase::settle:
+        case Phase::await_plan:
+        case Phase::done: break;
+    }
+}
+
+void JobRunner::resume() noexcept {
+    stopping_ = false;
+    at_rest_ = false;
+    switch (phase_) {
+        case Phase::turn_retract: {
+            const double angle = target_[kC];
+            motion::Place to = target_;
+            to[kC] = place_[kC];
+            begin_stage_move(to, Phase::turn_retract);
+            target_[kC] = angle;
+            break;
+        }
+        case Phase::turn_c:
+        case Phase::travel_across:
+        case Phase::travel_in:
+        case Phase::end_retract: begin_stage_move(target_, phase_); break;
+        case Phase::jump: begin_jump(); break;
+        case Phase::path:
+            if (planner_.stopped()) {
+                planner_.request_resume(placer_.next_distance(planner_));
+            }
+            break;
+        case Phase::idle:
+        case Phase::next_item:
+        case Phase::open_path:
+        case Phase::settle:
+        case Phase::await_plan:
+        case Phase::jog:
+        case Phase::done: break;
+    }
+}
+
+bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOutputs& out) noexcept {
+    tick_ = tick;
+    pulse_speed_ = 0.0;
+    waiting_ = false;
+    at_rest_ = false;
+    if (rest_ticks_ < 1'000'000) {
+        ++rest_ticks_;
+    }
+    const std::int64_t since = phase_ == Phase::path && tick > phase_tick_ ? tick - phase_tick_ : 0;
+    const bool in_time = planner_.tick(tick, seconds(since), seconds(1));
+    const bool path_open = phase_ == Phase::open_path || phase_ == Phase::travel_across || phase_ == Phase::travel_in ||
+                           phase_ == Phase::jump || phase_ == Phase::settle || phase_ == Phase::await_plan ||
+                           phase_ == Phase::path;
+    if (path_open) {
+        feed(items);
+        planned_ = planner_.planned_item() > planned_ ? planner_.planned_item() : planned_;
+    }
+    const bool refused = refusal_.refusal != Refusal::none;
+    switch (phase_) {
+        case Phase::idle:
+        case Phase::done:
+            galvo_still(out);
+            limited_by_ = LimitedBy::none;
+            at_rest_ = true;
+            break;
+        case Phase::next_item:
+            galvo_still(out);
+            at_rest_ = stopping_;
+            if (!stopping_ && !refused) {
+                take_item(items);
+            }
+            break;
+        case Phase::open_path:
+            galvo_still(out);
+            at_rest_ = stopping_;
+            waiting_ = items.empty();
+            if (!stopping_ && !refused && planner_.builder().has_start()) {
+                begin_travel();
+            }
+            break;
+        case Phase::settle:
+            galvo_still(out);
+            at_rest_ = stopping_;
+            if (rest_ticks_ * machine_.control_period_ns >= machine_.settle_ns) {
+                phase_ = Phase::await_plan;
+            }
+            break;
+        case Phase::await_plan:
+            galvo_still(out);
+            at_rest_ = stopping_;
+            waiting_ = !planner_.ready(seconds(1));
+            if (!stopping_ && !refused && planner_.ready(seconds(1))) {
+                phase_ = Phase::path;
+                phase_tick_ = tick + 1;
+            }
+            break;
+        case Phase::turn_retract:
+        case Phase::turn_c:
+        case Phase::travel_across:
+        case Phase::travel_in:
+        case Phase::jump:
+        case Phase::end_retract:
+        case Phase::jog: move_step(out); break;
+        case Phase::path: path_step(may_mark, out); break;
+    }
+    set_point_ = motion::set_point_of(compensation_, place_);
+    return in_time;
+}
+
+}  // namespace sc

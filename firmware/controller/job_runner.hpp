@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+
+#include "firmware/hal/io.hpp"
+#include "firmware/laser/pulse_placer.hpp"
+#include "firmware/motion/move.hpp"
+#include "firmware/motion/planner.hpp"
+#include "shared/codes/codes.hpp"
+#include "shared/machine/machine.hpp"
+#include "shared/path/item.hpp"
+#include "shared/path/item_queue.hpp"
+
+namespace sc {
+
+/// An item that cannot be run, and why.
+struct ItemRefusal {
+    Refusal refusal = Refusal::none;
+    std::uint32_t item = 0;
+    std::uint8_t axis = 0;
+    std::int64_t value = 0;  ///< wire units of the axis
+};
+
+/// Runs a job item by item: turns, the dark way to each path, the path itself with its pulses, and single moves (jogs). Knows where
+/// the beam is commanded to be at any time. Servo context, once a tick; the planner's work() is called from the plan step.
+class JobRunner {
+public:
+    explicit JobRunner(const MachineConfig& machine) noexcept;
+
+    /// The axes stand here (set-points). Only while nothing moves.
+    void stand_at(const AxisPositions& set_point) noexcept;
+    /// New geometry; the set-points stay, the place in h changes. Only while nothing moves.
+    void set_compensation(const Compensation& compensation) noexcept;
+
+    void start_job() noexcept;
+    /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
+    void start_jog(Axis axis, double distance, double speed) noexcept;
+    /// Jerk-limited stop of whatever moves. `at_rest()` tells when.
+    void request_stop() noexcept;
+    /// From rest after request_stop (or starvation): go on.
+    void resume() noexcept;
+    /// Forget the job. Only at rest.
+    void drop() noexcept;
+
+    /// Set-points, galvo frames and, if `may_mark`, pulses of this tick. False: the planner was late.
+    [[nodiscard]] bool step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOutputs& out) noexcept;
+    void work(std::uint32_t units) noexcept { planner_.work(units); }
+
+    [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
+    /// On a path, from the start of its run-in to the last pulse's light.
+    [[nodiscard]] bool on_path() const noexcept { return phase_ == Phase::path && !stopping_; }
+    [[nodiscard]] bool job_done() const noexcept { return phase_ == Phase::done; }
+    [[nodiscard]] bool idle() const noexcept { return phase_ == Phase::idle; }
+    /// Stopped by itself for want of points; and whether enough has come to go on.
+    [[nodiscard]] bool starved() const noexcept { return phase_ == Phase::path && planner_.starved(); }
+    [[nodiscard]] bool can_continue() const noexcept { return phase_ == Phase::path && planner_.can_continue(); }
+    /// Running, nothing to do, and nothing in the queue.
+    [[nodiscard]] bool waiting_for_items() const noexcept { return waiting_; }
+    [[nodiscard]] const ItemRefusal& refusal() const noexcept { return refusal_; }
+    [[nodiscard]] LimitedBy limited_by() const noexcept { return limited_by_; }
+
+    /// Items taken from the queue, items planned, items whose last pulse has left.
+    [[nodiscard]] std::uint32_t planned() const noexcept { return planned_; }
+    [[nodiscard]] std::uint32_t fired() const noexcept { return fired_; }
+    [[nodiscard]] const FiredPosition& fired_position() const noexcept { return fired_position_; }
+    [[nodiscard]] const AxisPositions& set_point() const noexcept { return set_point_; }
+    /// Path speed at the tick's first pulse, m/s (0 without pulses).
+    [[nodiscard]] double pulse_speed() const noexcept { return pulse_speed_; }
+
+private:
+    enum class Phase : std::uint8_t {
+        idle,
+        next_item,
+        turn_retract,
+        turn_c,
+        open_path,     ///< points until the start of the run-in is known
+        travel_across, ///< x and z at the retracted y
+        travel_in,
+        jump,          ///< mirrors to the path's start, or to zero
+        settle,
+        await_plan,
+        path,
+        end_retract,
+        jog,
+        done,
+    };
+
+    void take_item(ItemQueue& items) noexcept;
+    void begin_turn(const Turn& turn) noexcept;
+    void begin_path(const PathBegin& begin) noexcept;
+    void feed(ItemQueue& items) noexcept;
+    void add_point(const PathPoint& point, std::uint32_t item) noexcept;
+    void refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept;
+    [[nodiscard]] bool in_travel(const motion::Place& place, std::uint32_t item) noexcept;
+    void begin_stage_move(const motion::Place& to, Phase phase) noexcept;
+    void begin_travel() noexcept;
+    void begin_jump() noexcept;
+    void move_step(ServoOutputs& out) noexcept;
+    void move_done() noexcept;
+    void path_step(bool may_mark, ServoOutputs& out) noexcept;
+    void place_pulses(double t, bool may_mark, ServoOutputs& out) noexcept;
+    void finish_path() noexcept;
+    void galvo_still(ServoOutputs& out) const noexcept;
+    void galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept;
+    [[nodiscard]] std::int64_t light_lag_ns() const noexcept;
+    [[nodiscard]] double seconds(std::int64_t ticks) const noexcept;
+
+    MachineConfig machine_;
+    Compensation compensation_;
+    motion::AxisLimits stage_limits_;
+    motion::AxisLimits galvo_limits_;
+    motion::Planner planner_;
+    laser::PulsePlacer placer_;
+    motion::Move move_;
+
+    Phase phase_ = Phase::idle;
+    bool at_rest_ = true;
+    bool stopping_ = false;
+    bool waiting_ = false;
+    bool path_closed_ = false;   ///< the path's end has come
+    std::int64_t tick_ = 0;
+    std::int64_t phase_tick_ = 0; ///< tick at which the phase's time began
+    std::int64_t rest_ticks_ = 0; ///< ticks since the stage last moved
+    motion::Place place_{};       ///< commanded place of the axes in h, and C
+    motion::Place target_{};      ///< where the present stage move was to end
+    double field_x_ = 0.0;        ///< commanded galvo place relative to the axes, m
+    double field_z_ = 0.0;
+    AxisPositions set_point_{};
+    PathBegin path_;
+    std::uint32_t items_taken_ = 0;
+    std::uint32_t path_end_item_ = 0;
+    std::uint32_t planned_ = 0;
+    std::uint32_t fired_ = 0;
+    FiredPosition fired_position_;
+    ItemRefusal refusal_;
+    LimitedBy limited_by_ = LimitedBy::none;
+    double pulse_speed_ = 0.0;
+    double jog_speed_ = 0.0;
+    std::uint32_t hint_ = 0;
+};
+
+}  // namespace sc

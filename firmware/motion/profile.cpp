@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/motion/profile.hpp"
+
+#include "shared/math/scalar.hpp"
+
+namespace sc::motion {
+
+double change_time(double v0, double v1, const TangentLimits& limits) noexcept {
+    const double dv = absolute(v1 - v0);
+    const double a = limits.acceleration;
+    const double j = limits.jerk;
+    if (dv * j <= a * a) {
+        return 2.0 * square_root(dv / j);
+    }
+    return dv / a + a / j;
+}
+
+double change_distance(double v0, double v1, const TangentLimits& limits) noexcept {
+    return 0.5 * (v0 + v1) * change_time(v0, v1, limits);
+}
+
+double reachable_speed(double v0, double distance, const TangentLimits& limits) noexcept {
+    if (!(distance > 0.0)) {
+        return v0;
+    }
+    const double a = limits.acceleration;
+    const double j = limits.jerk;
+    const double dv_full = a * a / j;
+    // Up to dv_full, with r = sqrt(dv): (2 v0 + r²) r = L sqrt(j), a cubic that rises everywhere for r > 0.
+    if (change_distance(v0, v0 + dv_full, limits) >= distance) {
+        const double target = distance * square_root(j);
+        // Newton from above converges monotonically, because the cubic is convex: never below the root, so step back at the end.
+        double r = smaller(cube_root(target), v0 > 0.0 ? target / (2.0 * v0) : cube_root(target));
+        r = larger(r, 1e-12);
+        for (int i = 0; i < 8; ++i) {
+            r -= ((2.0 * v0 + r * r) * r - target) / (2.0 * v0 + 3.0 * r * r);
+        }
+        r *= 1.0 - 1e-13;
+        return v0 + (r > 0.0 ? r * r : 0.0);
+    }
+    // (v0 + v1)/2 · ((v1 − v0)/a + a/j) = L: v1² + k v1 − (v0² − k v0 + 2 a L) = 0 with k = a²/j.
+    const double k = dv_full;
+    const double c = v0 * v0 - k * v0 + 2.0 * a * distance;
+    const double v1 = 0.5 * (square_root(k * k + 4.0 * c) - k);
+    return larger(v0, v1 * (1.0 - 1e-13));
+}
+
+double lowest_speed(double v0, double distance, const TangentLimits& limits) noexcept {
+    if (change_distance(v0, 0.0, limits) <= distance) {
+        return 0.0;
+    }
+    // The distance falls as v1 rises towards v0: bisection with a fixed number of steps.
+    double low = 0.0;
+    double high = v0;
+    for (int i = 0; i < 56; ++i) {
+        const double middle = 0.5 * (low + high);
+        (change_distance(v0, middle, limits) > distance ? low : high) = middle;
+    }
+    return high;
+}
+
+void PhaseList::add(double duration, double jerk, double start_acceleration) noexcept {
+    if (duration > 0.0 && count < phase.size()) {
+        phase[count] = {duration, jerk, start_acceleration};
+        ++count;
+    }
+}
+
+void PhaseList::add_change(double v0, double v1, const TangentLimits& limits) noexcept {
+    const double dv = absolute(v1 - v0);
+    if (!(dv > 0.0)) {
+        return;
+    }
+    const double sign = v1 > v0 ? 1.0 : -1.0;
+    const double a = limits.acceleration;
+    const double j = limits.jerk;
+    if (dv * j <= a * a) {
+        const double ramp = square_root(dv / j);
+        add(ramp, sign * j, 0.0);
+        add(ramp, -sign * j, sign * j * ramp);
+        return;
+    }
+    const double ramp = a / j;
+    add(ramp, sign * j, 0.0);
+    add(dv / a - ramp, 0.0, sign * a);
+    add(ramp, -sign * j, sign * a);
+}
+
+PhaseList fastest_profile(double v0, double v1, double cap, double distance, const TangentLimits& limits) noexcept {
+    const auto used = [&](double peak) noexcept {
+        return change_distance(v0, peak, limits) + change_distance(peak, v1, limits);
+    };
+    double peak = cap;
+    if (used(cap) > distance) {
+        double low = larger(v0, v1);
+        double high = cap;
+        for (int i = 0; i < 56; ++i) {
+            const double middle = 0.5 * (low + high);
+            (used(middle) > distance ? high : low) = middle;
+        }
+        peak = low;
+    }
+    PhaseList list;
+    list.add_change(v0, peak, limits);
+    const double rest = distance - used(peak);
+    if (peak > 0.0 && rest > 0.0) {
+        list.add(rest / peak, 0.0, 0.0);
+    }
+    list.add_change(peak, v1, limits);
+    return list;
+}
+
+}  // namespace sc::motion

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+/// Scalar mathematics of the control path: only + − × ÷ and the correctly rounded square root, so every core and compiler
+/// gives the same bits. No libm.
+
+namespace sc {
+
+[[nodiscard]] constexpr double absolute(double v) noexcept { return v < 0.0 ? -v : v; }
+[[nodiscard]] constexpr double smaller(double a, double b) noexcept { return b < a ? b : a; }
+[[nodiscard]] constexpr double larger(double a, double b) noexcept { return a < b ? b : a; }
+/// `v` limited to [low, high]; a NaN becomes `low`, so that what follows may convert it to an integer.
+[[nodiscard]] constexpr double clamped(double v, double low, double high) noexcept {
+    return v >= low ? (v <= high ? v : high) : low;
+}
+[[nodiscard]] inline double square_root(double v) noexcept { return __builtin_sqrt(v > 0.0 ? v : 0.0); }
+
+/// Nearest integer, halves away from zero, limited to ±9e18.
+[[nodiscard]] constexpr std::int64_t rounded(double v) noexcept {
+    const double limited = clamped(v, -9e18, 9e18);
+    const auto whole = static_cast<std::int64_t>(limited);
+    const double rest = limited - static_cast<double>(whole);
+    if (rest >= 0.5) {
+        return whole + 1;
+    }
+    return rest <= -0.5 ? whole - 1 : whole;
+}
+
+/// Cube root of v ≥ 0 (0 for less); relative error below 1e-15. Newton from a guess made of the exponent; the number of steps is
+/// fixed, so the cost is too (about 60 operations).
+[[nodiscard]] constexpr double cube_root(double v) noexcept {
+    if (!(v > 0.0)) {
+        return 0.0;
+    }
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(v);
+    double y = std::bit_cast<double>(bits / 3 + 0x2A9F7893782DA1CEULL);
+    for (int i = 0; i < 6; ++i) {
+        y = y - (y * y * y - v) / (3.0 * y * y);
+    }
+    return y;
+}
+
+}  // namespace sc

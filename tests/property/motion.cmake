@@ -1,0 +1,3 @@
+sc_test(property_motion LABEL property TIMEOUT 120
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/planner_test.cpp
+  DEPS firmware_motion)
