@@ -51,6 +51,7 @@ bool Planner::ready(double tick_seconds) const noexcept {
 
 void Planner::request_resume(double distance) noexcept {
     resume_wanted_ = true;
+    starved_ = false;
     resume_distance_ = distance;
 }
 
@@ -77,7 +78,8 @@ void Planner::choose_task(double path_time, double tick_seconds) noexcept {
         task_ = Task::resume;
         return;
     }
-    const bool running = path_time > 0.0 && !law_.empty() && !stopped_ && !complete();
+    // A law that ends at rest (after backing up, or at a sharp corner) may run out without harm.
+    const bool running = path_time > 0.0 && !law_.empty() && !stopped_ && !complete() && next_speed_ > 0.0;
     if (running && !stop_wanted_ && law_.end_time() - path_time < kReserveTicks * tick_seconds) {
         starved_ = true;
         stop_wanted_ = true;
@@ -92,6 +94,9 @@ void Planner::choose_task(double path_time, double tick_seconds) noexcept {
         return;
     }
     if (plannable()) {
+        if (path_time > 0.0 && !(next_speed_ > 0.0)) {
+            next_time_ = larger(next_time_, published);
+        }
         begin_plan();
     }
 }
@@ -297,7 +302,9 @@ void Planner::plan_stop() noexcept {
 
 double Planner::back_up_to(double distance, std::uint32_t& number) const noexcept {
     // From the element that holds the place back to one on a line, with the run-in's length or a whole line to gain speed on.
-    while (number > ring_.first() && ring_.at(number).distance > distance) {
+    const std::uint32_t reach = kBackCapacity - 2;
+    const std::uint32_t oldest = number > ring_.first() + reach ? number - reach : ring_.first();
+    while (number > oldest && ring_.at(number).distance > distance) {
         --number;
     }
     double need = builder_.mark_begin();
@@ -313,7 +320,7 @@ double Planner::back_up_to(double distance, std::uint32_t& number) const noexcep
             const double latest = e.end() - smaller(0.5 * e.length, builder_.mark_begin());
             return larger(e.start, smaller(tau - need, latest));
         }
-        if (number == ring_.first()) {
+        if (number == oldest) {
             if (e.kind == Element::Kind::blend) {
                 ++number;  // a blend is the oldest that is kept: begin behind it
             }

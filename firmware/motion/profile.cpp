@@ -4,6 +4,11 @@
 #include "shared/math/scalar.hpp"
 
 namespace sc::motion {
+namespace {
+
+constexpr double kSmallestChange = 1e-9;  ///< of the speed
+
+}  // namespace
 
 double change_time(double v0, double v1, const TangentLimits& limits) noexcept {
     const double dv = absolute(v1 - v0);
@@ -32,11 +37,12 @@ double reachable_speed(double v0, double distance, const TangentLimits& limits) 
         // Newton from above converges monotonically, because the cubic is convex: never below the root, so step back at the end.
         double r = smaller(cube_root(target), v0 > 0.0 ? target / (2.0 * v0) : cube_root(target));
         r = larger(r, 1e-12);
-        for (int i = 0; i < 8; ++i) {
+        for (int i = 0; i < 12; ++i) {
             r -= ((2.0 * v0 + r * r) * r - target) / (2.0 * v0 + 3.0 * r * r);
         }
         r *= 1.0 - 1e-13;
-        return v0 + (r > 0.0 ? r * r : 0.0);
+        // A change that v0 + dv can only hold to a few digits would be paid for by picometres of distance.
+        return r > 0.0 && r * r > kSmallestChange * v0 ? v0 + r * r : v0;
     }
     // (v0 + v1)/2 · ((v1 − v0)/a + a/j) = L: v1² + k v1 − (v0² − k v0 + 2 a L) = 0 with k = a²/j.
     const double k = dv_full;
@@ -49,7 +55,7 @@ double lowest_speed(double v0, double distance, const TangentLimits& limits) noe
     if (change_distance(v0, 0.0, limits) <= distance) {
         return 0.0;
     }
-    // The distance falls as v1 rises towards v0: bisection with a fixed number of steps.
+    // No change takes no distance, so `high` always fits: bisection with a fixed number of steps.
     double low = 0.0;
     double high = v0;
     for (int i = 0; i < 56; ++i) {

@@ -24,7 +24,8 @@ struct TangentLimits {
 /// Highest speed that can be reached from v0 over `distance` (equally: the highest speed from which v0 can be reached).
 /// Never more than what the distance allows; error below 1e-12 relative, to the low side.
 [[nodiscard]] double reachable_speed(double v0, double distance, const TangentLimits& limits) noexcept;
-/// Lowest speed to which v0 can be brought over `distance`; 0 if it can be stopped.
+/// A speed to which v0 can be brought over `distance`: 0 if it can be stopped, else the lowest that bisection finds. (Going down to
+/// v0/3 takes more distance than stopping, so there may be a lower one.)
 [[nodiscard]] double lowest_speed(double v0, double distance, const TangentLimits& limits) noexcept;
 
 /// One stretch of constant jerk.

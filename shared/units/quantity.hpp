@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <compare>
+
 /// Physical quantities as types: a speed cannot be passed where a length is meant, and no factor of a thousand can be
 /// forgotten. The value is held in SI units (angles in radians). Costs nothing at run time: one double each.
 ///

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/controller/controller.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "cell_rig.hpp"
+
+namespace sc::test {
+namespace {
+
+/// What an undisturbed run of the short job burns.
+const CellRig& undisturbed() {
+    static const auto rig = [] {
+        auto cell = std::make_unique<CellRig>();
+        cell->make_ready();
+        EXPECT_EQ(cell->open_job(short_job()).refusal, 0);
+        EXPECT_EQ(cell->command(link::Verb::start).refusal, 0);
+        EXPECT_TRUE(cell->until([&] { return (cell->status().flags & link::kFlagJobDone) != 0; }));
+        cell->ticks(100);
+        return cell;
+    }();
+    return *rig;
+}
+
+void start_short_job(CellRig& rig) {
+    rig.make_ready();
+    ASSERT_EQ(rig.open_job(short_job()).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+}
+
+using PulseKey = std::tuple<std::uint32_t, std::uint8_t, std::uint32_t>;
+std::map<PulseKey, PathPulse> by_number(const std::vector<PathPulse>& pulses) {
+    std::map<PulseKey, PathPulse> map;
+    for (const PathPulse& p : pulses) {
+        EXPECT_TRUE(map.emplace(PulseKey{p.path, p.pass, p.number}, p).second) << "pulse " << p.number << " twice";
+    }
+    return map;
+}
+
+/// Same pulses at the same commanded places, whatever their times.
+void expect_same_burn(const CellRig& rig) {
+    const auto expected = by_number(undisturbed().path_pulses());
+    const auto got = by_number(rig.path_pulses());
+    ASSERT_EQ(expected.size(), got.size());
+    for (const auto& [key, pulse] : expected) {
+        const auto it = got.find(key);
+        ASSERT_NE(it, got.end());
+        for (std::size_t i = 0; i < 3; ++i) {
+            ASSERT_NEAR(static_cast<double>(pulse.place_pm[i]), static_cast<double>(it->second.place_pm[i]), 5.0);
+        }
+    }
+    EXPECT_EQ(rig.pulses().size(), undisturbed().pulses().size());
+}
+
+TEST(Controller, RunsAJobFromBootToTheLastPulse) {
+    const CellRig& rig = undisturbed();
+    EXPECT_EQ(rig.state(), State::armed);
+    EXPECT_EQ(rig.status().faults, 0U);
+    // 4 mm strokes at 20 µm: 201 pulses each; the bent line is 2·sqrt(101) mm less what the blend cuts off.
+    const auto pulses = by_number(rig.path_pulses());
+    std::map<std::uint32_t, std::uint32_t> count;
+    for (const auto& [key, pulse] : pulses) {
+        ++count[std::get<0>(key)];
+    }
+    EXPECT_EQ(count[0], 201U);
+    EXPECT_EQ(count[1], 201U);
+    EXPECT_EQ(count[2], 1005U);
+    EXPECT_EQ(rig.pulses().size(), rig.path_pulses().size()) << "every placed pulse was lit";
+    EXPECT_EQ(rig.ack().received, rig.ack().fired);
+}
+
+TEST(Controller, PlacesPulsesAtEqualDistance) {
+    const CellRig& rig = undisturbed();
+    for (std::size_t i = 1; i < rig.path_pulses().size(); ++i) {
+        const PathPulse& a = rig.path_pulses()[i - 1];
+        const PathPulse& b = rig.path_pulses()[i];
+        if (a.path != b.path) {
+            continue;
+        }
+        double sum = 0.0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            sum += std::pow(static_cast<double>(b.place_pm[k] - a.place_pm[k]), 2);
+        }
+        // A chord across the blend is shorter than its arc by next to nothing.
+        ASSERT_NEAR(std::sqrt(sum), 20e6, 20e6 * 0.001) << "path " << b.path << " pulse " << b.number;
+    }
+}
+
+TEST(Controller, BurnsWhereItCommandsWithinTheUncalibratedErrors) {
+    // Without a compensation the beam is off by what the default world's errors come to, and by no more.
+    const CellRig& rig = undisturbed();
+    ASSERT_EQ(rig.pulses().size(), rig.path_pulses().size());
+    for (std::size_t i = 0; i < rig.pulses().size(); ++i) {
+        const auto& burnt = rig.pulses()[i].place_pm;
+        const auto& commanded = rig.path_pulses()[i].place_pm;
+        ASSERT_EQ(rig.pulses()[i].hit, 1);
+        ASSERT_LT(std::abs(static_cast<double>(burnt[0] - commanded[0])), 150e6) << i;
+        ASSERT_LT(std::abs(static_cast<double>(burnt[2] - commanded[2])), 150e6) << i;
+    }
+}
+
+TEST(Controller, GivesTheSameTraceForAnyPacketSize) {
+    for (const std::size_t size : {std::size_t{1}, std::size_t{3}}) {
+        CellRig::Options options;
+        options.items_per_block = size;
+        options.baud = 115'200;
+        CellRig rig(options);
+        start_short_job(rig);
+        ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
+        EXPECT_EQ(rig.command_hash(), undisturbed().command_hash()) << size << " items a block";
+    }
+}
+
+TEST(Controller, HoldsOnThePathAndResumesWithoutLosingOrDoublingAPulse) {
+    // Hold at many moments of the job: in turns, travel, galvo strokes, ramps, corner.
+    const auto total = undisturbed().path_pulses().size();
+    for (std::size_t after = 0; after < total; after += 97) {
+        CellRig rig;
+        start_short_job(rig);
+        ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() >= after; }));
+        const auto reply = rig.command(link::Verb::hold);
+        if (reply.refusal != 0) {
+            continue;
+        }
+        ASSERT_TRUE(rig.until_state(State::held, 5000)) << "after " << after;
+        const auto pulses = rig.pulses().size();
+        rig.ticks(500);
+        EXPECT_EQ(rig.pulses().size(), pulses) << "burns while held";
+        ASSERT_EQ(rig.command(link::Verb::resume).refusal, 0);
+        ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; })) << "after " << after;
+        expect_same_burn(rig);
+    }
+}
+
+TEST(Controller, HoldsWhileTheHostIsSilentAndLatchesAfterTenSeconds) {
+    CellRig rig;
+    start_short_job(rig);
+    ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() >= 700; }));
+    rig.speak(false);
+    ASSERT_TRUE(rig.until_state(State::held_link, 2000));
+    const auto pulses = rig.pulses().size();
+    rig.ticks(3000);
+    rig.speak(true);
+    rig.ticks(60);
+    EXPECT_EQ(rig.state(), State::held_link) << "goes on only when told";
+    ASSERT_EQ(rig.command(link::Verb::resume).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() >= 1100; }));
+    rig.speak(false);
+    ASSERT_TRUE(rig.until_state(State::held_link, 2000));
+    rig.ticks(9500);
+    EXPECT_EQ(rig.state(), State::held_link);
+    ASSERT_TRUE(rig.until_state(State::fault, 1500));
+    rig.speak(true);
+    rig.ticks(100);
+    EXPECT_EQ(rig.status().first_fault, static_cast<std::uint8_t>(Fault::link_lost));
+    // Latched: leaves only by reset, and then not to a state that can burn.
+    EXPECT_NE(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::reset_fault).refusal, 0);
+    EXPECT_EQ(rig.state(), State::disabled);
+    EXPECT_NE(rig.command(link::Verb::start).refusal, 0);
+}
+
+TEST(Controller, StopsOnThePathWhenPointsStopArriving) {
+    // A long line of many points of which only some arrive.
+    std::vector<Item> items = short_job();
+    std::vector<Item> line;
+    for (const Item& item : items) {
+        if (std::holds_alternative<PathEnd>(item) && line.size() > 10) {
+            for (int i = 1; i <= 3000; ++i) {
+                line.emplace_back(PathPoint{-24'000'000 + i * 2'000, -31'900'000, -39'000'000 + (i % 40) * 20});
+            }
+        }
+        line.push_back(item);
+    }
+    CellRig rig;
+    rig.make_ready();
+    rig.limit_items(1200);
+    ASSERT_EQ(rig.open_job(line).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::held));
+    EXPECT_EQ(rig.status().first_fault, 0);
+    const auto pulses = rig.pulses().size();
+    rig.ticks(500);
+    EXPECT_EQ(rig.state(), State::held);
+    EXPECT_EQ(rig.status().starvations, 1U);
+    EXPECT_EQ(rig.pulses().size(), pulses);
+    rig.limit_items(0xFFFFFFFF);
+    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
+    by_number(rig.path_pulses());  // none twice
+    std::map<std::uint32_t, std::uint32_t> last;
+    for (const PathPulse& p : rig.path_pulses()) {
+        EXPECT_TRUE(p.number == 0 || p.number == last[p.path] + 1) << "a pulse is missing before " << p.number;
+        last[p.path] = p.number;
+    }
+}
+
+TEST(Controller, AbortsToArmedAndTakesAnotherJob) {
+    CellRig rig;
+    start_short_job(rig);
+    ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() >= 800; }));
+    ASSERT_EQ(rig.command(link::Verb::abort).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 3000));
+    const auto before = rig.path_pulses().size();
+    rig.ticks(300);
+    EXPECT_EQ(rig.path_pulses().size(), before);
+    ASSERT_EQ(rig.open_job(short_job(30.0)).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
+    EXPECT_EQ(rig.path_pulses().size() - before, 201U + 201U + 1504U);
+}
+
+struct FaultCase {
+    std::string script;
+    Fault fault;
+    std::int64_t off_within_ns;  ///< from the edge to the last light
+};
+class ControllerFault : public testing::TestWithParam<FaultCase> {};
+
+TEST_P(ControllerFault, LatchesWithItsNumberAndStopsTheLightInTime) {
+    const FaultCase& fault = GetParam();
+    CellRig::Options options;
+    options.script = "pulse 900 " + fault.script + "\n";
+    CellRig rig(options);
+    start_short_job(rig);
+    ASSERT_TRUE(rig.until_state(State::fault, 60'000)) << fault.script;
+    const auto pulses_at_fault = rig.pulses().size();
+    rig.ticks(3000);
+    EXPECT_EQ(rig.status().first_fault, static_cast<std::uint8_t>(fault.fault)) << fault.script;
+    EXPECT_EQ(rig.pulses().size(), pulses_at_fault) << "light after the fault was known";
+    EXPECT_EQ(rig.state(), State::fault) << "latched";
+    EXPECT_EQ(rig.status().flags & link::kFlagMasterOscillator, 0);
+    const auto& records = rig.cell().plant().fault_records();
+    ASSERT_EQ(records.size(), 1U);
+    EXPECT_LE(rig.cell().plant().last_pulse_ns() - records[0].t_ns, fault.off_within_ns) << fault.script;
+    // At rest: the last hundred set-points do not move.
+    const auto& points = rig.set_points();
+    EXPECT_EQ(points[points.size() - 100], points.back());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ControllerFault,
+    testing::Values(FaultCase{"estop open", Fault::estop_open, 1'000},
+                    FaultCase{"interlock open", Fault::interlock_open, 1'000},
+                    FaultCase{"laser alarm", Fault::laser_alarm, 110'000},
+                    FaultCase{"galvo fail", Fault::galvo_not_ready, 110'000},
+                    // Seen by the tick that follows what the bus can tell: a drive answers every 2 ms.
+                    FaultCase{"drive x fault 0x2310", Fault::drive_fault, 5'000'000},
+                    FaultCase{"drive y silent", Fault::drive_lost, 9'000'000},
+                    FaultCase{"drive x freeze", Fault::encoder_frozen, 20'000'000},
+                    FaultCase{"drive x stall", Fault::following_error, 40'000'000}),
+    [](const auto& fault_case) {
+        std::string name = fault_case.param.script;
+        for (char& c : name) {
+            c = std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+        }
+        return name;
+    });
+
+TEST(Controller, RefusesWhatDoesNotFit) {
+    CellRig rig;
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    const auto refusal = [](const link::CommandReply& reply) { return static_cast<Refusal>(reply.refusal); };
+    EXPECT_EQ(refusal(rig.command(link::Verb::arm)), Refusal::wrong_state);
+    EXPECT_EQ(refusal(rig.command(link::Verb::start)), Refusal::job_mismatch);
+    EXPECT_EQ(refusal(rig.command(static_cast<link::Verb>(99))), Refusal::unknown_command);
+    ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    EXPECT_EQ(refusal(rig.command(link::Verb::arm)), Refusal::not_homed);
+    EXPECT_EQ(refusal(rig.command(link::Verb::jog, 0, -100'000, 10'000)), Refusal::not_homed);
+    ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 120'000));
+    EXPECT_EQ(refusal(rig.command(link::Verb::jog, 0, -2'000'000, 10'000)), Refusal::jog_out_of_range);
+    EXPECT_EQ(refusal(rig.command(link::Verb::jog, 0, 900'000, 10'000)), Refusal::jog_out_of_range);
+    EXPECT_EQ(refusal(rig.command(link::Verb::jog, 0, -100'000, 1'000'000)), Refusal::bad_speed);
+    ASSERT_EQ(rig.command(link::Verb::jog, 0, -100'000, 10'000).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 2000));
+    rig.ticks(100);
+    EXPECT_NEAR(rig.status().actual[0], -100'000, 200);
+}
+
+TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
+    struct Case {
+        std::function<void(std::vector<Item>&)> spoil;
+        Refusal refusal;
+        std::uint32_t item;
+    };
+    const std::vector<Case> cases{
+        {[](auto& items) { items[10] = PathPoint{-60'000'000, 0, 0}; }, Refusal::out_of_travel, 10},
+        {[](auto& items) { items[11] = PathPoint{-25'000'000, -31'900'000, -48'500'000}; }, Refusal::in_keep_out, 11},
+        {[](auto& items) { items[2] = PathPoint{-22'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field, 2},
+        {[](auto& items) { items[0] = Turn{40'000'000}; }, Refusal::turn_out_of_range, 0},
+        {[](auto& items) { std::get<PathBegin>(items[1]).speed_um_s = 0; }, Refusal::bad_speed, 1},
+        {[](auto& items) { std::get<PathBegin>(items[1]).pitch_nm = 10; }, Refusal::bad_pitch, 1},
+        {[](auto& items) { std::get<PathBegin>(items[1]).energy_nj = 9'000'000; }, Refusal::bad_energy, 1},
+        {[](auto& items) { items[3] = items[2]; }, Refusal::path_too_short, 4},
+        {[](auto& items) { items.insert(items.begin() + 1, PathEnd{}); }, Refusal::item_out_of_order, 1},
+    };
+    for (const Case& c : cases) {
+        std::vector<Item> items = short_job();
+        c.spoil(items);
+        CellRig rig;
+        rig.make_ready();
+        ASSERT_EQ(rig.open_job(items).refusal, 0);
+        ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+        ASSERT_TRUE(rig.until([&] { return rig.refused().has_value(); }, 20'000)) << static_cast<int>(c.refusal);
+        EXPECT_EQ(rig.refused()->refusal, static_cast<std::uint16_t>(c.refusal));
+        EXPECT_EQ(rig.refused()->item, c.item) << static_cast<int>(c.refusal);
+        ASSERT_TRUE(rig.until_state(State::armed, 5000));
+        EXPECT_EQ(rig.status().faults, 0U);
+    }
+}
+
+}  // namespace
+}  // namespace sc::test

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/laser/pulse_placer.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+namespace sc::laser {
+namespace {
+
+constexpr double kTick = 1e-3;
+
+PulseSpec spec() {
+    PulseSpec s;
+    s.path = 7;
+    s.pitch = 20e-6;
+    s.energy = 300e-6;
+    s.speed_min = 2e-3;
+    s.prr_min = 20e3;
+    s.prr_nominal = 80e3;
+    s.power = 80.0;
+    return s;
+}
+
+struct Fired {
+    std::vector<PathPulse> pulses;
+    std::vector<double> trigger_ns;  ///< as the runs give them
+    std::vector<LaserRun> runs;
+};
+
+/// Runs a path with points along x and z and collects all pulses.
+Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t act_ns) {
+    auto planner = std::make_unique<motion::Planner>();
+    motion::PathSpec path;
+    path.speed = speed;
+    path.tolerance = 1e-5;
+    path.limits.speed = {2.0, 2.0, 2.0, 1.0};
+    path.limits.acceleration = {5.0, 5.0, 5.0, 1.0};
+    path.limits.jerk = {200.0, 200.0, 200.0, 1.0};
+    planner->open(path);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        planner->add(points[i], static_cast<std::uint32_t>(i));
+    }
+    EXPECT_TRUE(planner->finish());
+    PulsePlacer placer;
+    placer.open(spec());
+    Fired fired;
+    double t = 0.0;
+    for (std::int64_t tick = 0; tick < 100'000; ++tick) {
+        EXPECT_TRUE(planner->tick(tick, t, kTick));
+        planner->work(motion::kUnitsPerTick);
+        if (t == 0.0 && !planner->ready(kTick)) {
+            continue;
+        }
+        auto out = std::make_unique<ServoOutputs>();
+        placer.place(*planner, t, t + kTick, act_ns, *out);
+        fired.pulses.insert(fired.pulses.end(), out->pulses.begin(),
+                            out->pulses.begin() + static_cast<std::ptrdiff_t>(out->pulses_size));
+        for (std::size_t r = 0; r < out->laser_size; ++r) {
+            const LaserRun& run = out->laser[r];
+            fired.runs.push_back(run);
+            double period = static_cast<double>(run.period_ns256) / 256.0;
+            double at = static_cast<double>(run.t0_ns);
+            for (int k = 0; k < run.count; ++k) {
+                fired.trigger_ns.push_back(at);
+                at += period;
+                period += static_cast<double>(run.change_ns256) / 256.0;
+            }
+        }
+        t += kTick;
+        if (placer.done(*planner)) {
+            break;
+        }
+    }
+    EXPECT_EQ(placer.withheld(), 0U);
+    return fired;
+}
+
+TEST(PulsePlacer, PutsPulsesAtEqualPitchThroughRampsAndCorners) {
+    const Fired fired = fire({{0, 0, 0, 0}, {0.01, 0, 0, 0}, {0.01, 0, 0.01, 0}, {0.02, 0, 0.012, 0}}, 0.1, 0);
+    ASSERT_GT(fired.pulses.size(), 1500U);
+    for (std::size_t i = 0; i < fired.pulses.size(); ++i) {
+        ASSERT_EQ(fired.pulses[i].number, i);
+        ASSERT_EQ(fired.pulses[i].s_pm, static_cast<std::int64_t>(i) * 20'000'000);
+    }
+    // A chord is shorter than its arc where a blend turns 90° within four pulses.
+    int short_chords = 0;
+    for (std::size_t i = 1; i < fired.pulses.size(); ++i) {
+        const auto& a = fired.pulses[i - 1].place_pm;
+        const auto& b = fired.pulses[i].place_pm;
+        const double chord = std::hypot(static_cast<double>(b[0] - a[0]), static_cast<double>(b[2] - a[2]));
+        ASSERT_LE(chord, 20e6 + 5.0);
+        short_chords += chord < 20e6 - 5.0 ? 1 : 0;
+        ASSERT_GT(chord, 18.5e6);
+    }
+    EXPECT_LE(short_chords, 12);
+}
+
+TEST(PulsePlacer, RunsGiveEveryPulseItsTime) {
+    const std::int64_t act = 123'456'789;
+    const Fired fired = fire({{0, 0, 0, 0}, {0.01, 0, 0, 0}, {0.01, 0, 0.005, 0}}, 0.1, act);
+    ASSERT_EQ(fired.trigger_ns.size(), fired.pulses.size());
+    for (std::size_t i = 0; i < fired.pulses.size(); ++i) {
+        ASSERT_NEAR(fired.trigger_ns[i], static_cast<double>(fired.pulses[i].t_ns + act), 4.0) << i;
+    }
+    EXPECT_LT(fired.runs.size() * 2, fired.pulses.size()) << "pulses leave as runs, not one by one";
+}
+
+TEST(Firing, KeepsTheEnergyWhileTheRateChanges) {
+    for (double v = 2e-3; v <= 1.6; v *= 1.01) {
+        const Firing f = firing_at(v, spec());
+        ASSERT_TRUE(f.possible) << v;
+        const double prr = v / spec().pitch * f.pick;
+        ASSERT_GE(prr, 20e3 * 0.999);
+        ASSERT_LE(prr, 80e3 * 1.001);
+        const double energy = spec().power * f.power / 255.0 / prr;
+        ASSERT_NEAR(energy / spec().energy, 1.0, 0.5 / (f.power - 0.5)) << v;
+    }
+}
+
+TEST(Firing, IsImpossibleBelowTheLowestSpeedAndAboveTheHighestRate) {
+    EXPECT_FALSE(firing_at(1.99e-3, spec()).possible);
+    EXPECT_FALSE(firing_at(0.0, spec()).possible);
+    EXPECT_FALSE(firing_at(1.7, spec()).possible);
+    EXPECT_FALSE(firing_at(std::nan(""), spec()).possible);
+}
+
+}  // namespace
+}  // namespace sc::laser

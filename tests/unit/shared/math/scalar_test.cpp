@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shared/math/scalar.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+namespace sc {
+namespace {
+
+TEST(Scalar, CubeRootMatchesTheLibraryOverAllMagnitudes) {
+    std::mt19937_64 random(1);
+    std::uniform_real_distribution<double> exponent(-280.0, 280.0);
+    for (int i = 0; i < 20'000; ++i) {
+        const double v = std::pow(10.0, exponent(random));
+        EXPECT_NEAR(cube_root(v) / std::cbrt(v), 1.0, 1e-15) << v;
+    }
+    EXPECT_EQ(cube_root(0.0), 0.0);
+    EXPECT_EQ(cube_root(-8.0), 0.0);
+    EXPECT_EQ(cube_root(std::numeric_limits<double>::quiet_NaN()), 0.0);
+}
+
+TEST(Scalar, RoundsHalvesAwayFromZeroAndNeverOverflows) {
+    EXPECT_EQ(rounded(0.5), 1);
+    EXPECT_EQ(rounded(-0.5), -1);
+    EXPECT_EQ(rounded(2.4999), 2);
+    EXPECT_EQ(rounded(-2.5001), -3);
+    EXPECT_EQ(rounded(1e300), 9'000'000'000'000'000'000);
+    EXPECT_EQ(rounded(-1e300), -9'000'000'000'000'000'000);
+    EXPECT_EQ(rounded(std::numeric_limits<double>::quiet_NaN()), -9'000'000'000'000'000'000);
+}
+
+TEST(Scalar, ClampsANumberThatIsNoneToTheLowerEnd) {
+    EXPECT_EQ(clamped(std::numeric_limits<double>::quiet_NaN(), -1.0, 1.0), -1.0);
+    EXPECT_EQ(clamped(5.0, -1.0, 1.0), 1.0);
+    EXPECT_EQ(clamped(0.25, -1.0, 1.0), 0.25);
+}
+
+}  // namespace
+}  // namespace sc

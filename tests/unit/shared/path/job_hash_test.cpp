@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shared/path/job_hash.hpp"
+
+#include <array>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "shared/path/block.hpp"
+
+namespace {
+
+using sc::Item;
+
+std::vector<Item> some_job() {
+    return {sc::Turn{-9'000'000},   sc::PathBegin{.path = 4, .speed_um_s = 50'000},
+            sc::PathPoint{1, 2, 3}, sc::PathPoint{4, 5, 6},
+            sc::PathEnd{},          sc::JobEnd{}};
+}
+
+TEST(JobHash, IsFnvOverTheItemsAsTheyAre) {
+    const std::vector<Item> items{sc::Turn{-2}, sc::PathPoint{1, 2, 3}};
+    const std::array<std::uint8_t, 18> bytes{4, 0xFE, 0xFF, 0xFF, 0xFF, 1, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0};
+    EXPECT_EQ(sc::job_hash(items), sc::fnv1a64(bytes));
+}
+
+TEST(JobHash, DoesNotDependOnHowTheItemsAreCutIntoBlocks) {
+    const std::vector<Item> items = some_job();
+    for (std::size_t room = sc::kLongestItem; room < 120; ++room) {
+        sc::JobHasher hasher;
+        for (std::size_t done = 0; done < items.size();) {
+            std::vector<std::uint8_t> bytes(room);
+            const sc::BlockSize size = sc::encode_block(std::span(items).subspan(done), bytes);
+            ASSERT_GT(size.items, 0U);
+            sc::BlockReader reader{std::span(bytes).first(size.bytes), size.items};
+            Item item;
+            while (reader.next(item).value_or(false)) {
+                hasher.add(item);
+            }
+            done += size.items;
+        }
+        EXPECT_EQ(hasher.value(), sc::job_hash(items)) << room;
+    }
+}
+
+TEST(JobHash, ChangesWithEveryFieldAndWithTheOrder) {
+    const std::vector<Item> items = some_job();
+    const std::uint64_t hash = sc::job_hash(items);
+    std::vector<std::vector<Item>> others(9, items);
+    others[0][0] = sc::Turn{-9'000'001};
+    others[1][1] = sc::PathBegin{.path = 5, .speed_um_s = 50'000};
+    others[2][1] = sc::PathBegin{.path = 4, .pass = 1, .speed_um_s = 50'000};
+    others[3][1] = sc::PathBegin{.path = 4, .actuator = sc::Actuator::galvo, .speed_um_s = 50'000};
+    others[4][1] = sc::PathBegin{.path = 4, .speed_um_s = 50'000, .anchor_z = 1};
+    others[5][3] = sc::PathPoint{4, 5, 7};
+    std::swap(others[6][2], others[6][3]);
+    others[7].pop_back();
+    others[8].emplace_back(sc::JobEnd{});
+    for (const auto& other : others) {
+        EXPECT_NE(sc::job_hash(other), hash);
+    }
+}
+
+TEST(JobHash, OfNoItemsIsTheStartOfFnv) { EXPECT_EQ(sc::job_hash({}), sc::fnv1a64("")); }
+
+}  // namespace
