@@ -281,7 +281,6 @@ void Planner::plan_stop() noexcept {
             span.cap = larger(v, 0.0);
             append_span(span, v, 0.0, 1.0, time);
             tau = span.from + span.length;
-            v = 0.0;
             break;
         }
         const double after = span.blend ? v : (span.stop_after ? 0.0 : lowest_speed(v, span.length, span.limits));

@@ -11,13 +11,15 @@ target_compile_options(sc_warnings INTERFACE
 # The control path: the same bits on every compiler and core.
 add_library(sc_control_path INTERFACE)
 target_compile_options(sc_control_path INTERFACE
-  -ffp-contract=off -fno-math-errno -fno-fast-math -fno-exceptions -fno-rtti -fno-threadsafe-statics)
+  -fno-fast-math -ffp-contract=off -fno-math-errno -fno-exceptions -fno-rtti -fno-threadsafe-statics)
 target_compile_definitions(sc_control_path INTERFACE EIGEN_DONT_VECTORIZE)
 
 add_library(sc_sanitizers INTERFACE)
 if(SC_SANITIZE)
-  target_compile_options(sc_sanitizers INTERFACE -fsanitize=${SC_SANITIZE} -fno-sanitize-recover=all
+  # vptr needs the run-time type information that the control path is built without.
+  target_compile_options(sc_sanitizers INTERFACE -fsanitize=${SC_SANITIZE} -fno-sanitize-recover=all -fno-sanitize=vptr
     -fno-omit-frame-pointer)
+  target_compile_definitions(sc_sanitizers INTERFACE _GLIBCXX_ASSERTIONS)
   target_link_options(sc_sanitizers INTERFACE -fsanitize=${SC_SANITIZE})
 endif()
 
@@ -36,6 +38,13 @@ function(sc_check_layer name folder deps)
       endif()
     endif()
   endforeach()
+endfunction()
+
+# Notes a target and its layer, for the tests that look at all of them (tests/lint/lint.cmake).
+function(sc_record name folder list)
+  string(REGEX MATCH "^[^/]+" layer "${folder}")
+  set_target_properties(${name} PROPERTIES SC_LAYER "${layer}")
+  set_property(GLOBAL APPEND PROPERTY ${list} ${name})
 endfunction()
 
 # sc_library(<folder> [SOURCES a.cpp ...] [DEPS shared_units ...] [PRIVATE_DEPS ...])
@@ -65,6 +74,7 @@ function(sc_library folder)
   endif()
   target_include_directories(${name} ${scope} "${root}")
   target_link_libraries(${name} ${scope} ${ARG_DEPS})
+  sc_record(${name} ${folder} SC_LIBRARIES)
 endfunction()
 
 # sc_program(<name> <folder> SOURCES ... DEPS ...): an executable of a layer.
@@ -75,15 +85,27 @@ function(sc_program name folder)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE sc_warnings sc_sanitizers ${ARG_DEPS})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+  sc_record(${name} ${folder} SC_PROGRAMS)
 endfunction()
 
 # sc_test(<name> LABEL unit SOURCES ... DEPS ... [TIMEOUT s]): a GoogleTest program; each case is a test of CTest.
+# Left out of a build that has a layer it needs switched off (SC_HOST, SC_SIM).
 function(sc_test name)
   cmake_parse_arguments(PARSE_ARGV 1 ARG "" "LABEL;TIMEOUT" "SOURCES;DEPS")
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 60)
   endif()
+  if((NOT SC_HOST AND "${ARG_DEPS}" MATCHES "(^|;)host_") OR (NOT SC_SIM AND "${ARG_DEPS}" MATCHES "(^|;)boards_"))
+    return()
+  endif()
+  if(SC_SANITIZE)
+    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 6")
+  endif()
+  set(root "${PROJECT_BINARY_DIR}/include/tests")  # what tests share: #include "tests/unit/..."
+  file(MAKE_DIRECTORY "${root}")
+  file(CREATE_LINK "${PROJECT_SOURCE_DIR}/tests" "${root}/tests" SYMBOLIC)
   add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE "${root}")
   target_link_libraries(${name} PRIVATE sc_warnings sc_sanitizers ${ARG_DEPS} GTest::gtest GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE SC_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data"
     SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}" SC_BINARY_DIR="${PROJECT_BINARY_DIR}")

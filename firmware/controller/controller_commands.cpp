@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/controller/controller.hpp"
+
+#include "shared/math/scalar.hpp"
+
+namespace sc {
+namespace {
+
+using safety::Event;
+
+constexpr std::int64_t kResetPatienceTicks = 500;
+constexpr double kJogLargest = 0.010;         ///< m in one step
+constexpr double kJogLargestTurn = 10.0;      ///< degrees
+constexpr double kJogFastest = 0.05;          ///< m/s
+constexpr double kJogFastestTurn = 20.0;      ///< °/s
+
+bool finite(double v) noexcept { return v >= -1e300 && v <= 1e300; }
+
+}  // namespace
+
+void Controller::take_events(const ServoInputs& in) noexcept {
+    link::LinkEvent event;
+    while (link_.poll(event)) {
+        switch (event.kind) {
+            case link::LinkEvent::Kind::none:
+            case link::LinkEvent::Kind::session_resumed: break;
+            case link::LinkEvent::Kind::session_open:
+                // Nothing of another host's session goes on by itself.
+                (void)abort();
+                break;
+            case link::LinkEvent::Kind::command: {
+                const auto verb = static_cast<link::Verb>(event.command.verb);
+                if (verb == link::Verb::reset_fault && state() == State::fault) {
+                    reset_wanted_ = true;
+                    reset_drives_ = true;
+                    reset_sequence_ = event.command.sequence;
+                    reset_deadline_ = in.tick + kResetPatienceTicks;
+                    break;
+                }
+                const Verdict verdict = decide(event.command, in);
+                link_.reply(event.command.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+            case link::LinkEvent::Kind::job_open: {
+                const Verdict verdict = open(event.job_open);
+                link_.reply(event.job_open.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+            case link::LinkEvent::Kind::compensation: {
+                const Verdict verdict = set_compensation(event.compensation);
+                link_.reply(event.compensation.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+        }
+    }
+}
+
+Controller::Verdict Controller::post(Event event) noexcept {
+    if (supervisor_.post(event)) {
+        return {};
+    }
+    return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+}
+
+Controller::Verdict Controller::decide(const link::Command& command, const ServoInputs& in) noexcept {
+    switch (static_cast<link::Verb>(command.verb)) {
+        case link::Verb::enable:
+            if (!in.digital.estop_closed) {
+                return {Refusal::estop_open, 0};
+            }
+            return post(Event::enable);
+        case link::Verb::disable: return post(Event::disable);
+        case link::Verb::home:
+            if (!runner_.at_rest()) {
+                return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+            }
+            home_stage_ = 0;
+            return post(Event::home);
+        case link::Verb::arm: return arm(in);
+        case link::Verb::disarm: return post(Event::disarm);
+        case link::Verb::start: {
+            if (!job_open_) {
+                return {Refusal::job_mismatch, 0};
+            }
+            const Verdict verdict = post(Event::start);
+            if (verdict.refusal == Refusal::none) {
+                job_done_ = false;
+                runner_.start_job();
+            }
+            return verdict;
+        }
+        case link::Verb::hold: {
+            const Verdict verdict = post(Event::hold);
+            if (verdict.refusal == Refusal::none) {
+                stop_reason_ = Event::hold;
+                runner_.request_stop();
+            }
+            return verdict;
+        }
+        case link::Verb::resume: {
+            const Verdict verdict = post(state() == State::held_link ? Event::link_back : Event::resume);
+            if (verdict.refusal == Refusal::none) {
+                runner_.resume();
+            }
+            return verdict;
+        }
+        case link::Verb::abort: return abort();
+        case link::Verb::reset_fault: return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+        case link::Verb::jog: return jog(command);
+        case link::Verb::stop: {
+            const Verdict verdict = post(Event::stop);
+            if (verdict.refusal == Refusal::none) {
+                runner_.request_stop();
+            }
+            return verdict;
+        }
+    }
+    return {Refusal::unknown_command, command.verb};
+}
+
+Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {
+    if (!supervisor_.allowed(Event::arm)) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (!homed()) {
+        return {Refusal::not_homed, 0};
+    }
+    if (!in.digital.estop_closed) {
+        return {Refusal::estop_open, 0};
+    }
+    if (!in.digital.interlock_closed) {
+        return {Refusal::interlock_open, 0};
+    }
+    if (!in.digital.laser_ready || !in.digital.laser_no_alarm) {
+        return {Refusal::laser_not_ready, 0};
+    }
+    if (machine_.galvo.convention == GalvoConvention::unset) {
+        return {Refusal::galvo_convention_unset, 0};
+    }
+    return post(Event::arm);
+}
+
+Controller::Verdict Controller::jog(const link::Command& command) noexcept {
+    if (!supervisor_.allowed(Event::jog) || !runner_.at_rest()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (command.arg0 < 0 || command.arg0 >= static_cast<std::int32_t>(kAxisCount)) {
+        return {Refusal::unknown_command, command.arg0};
+    }
+    if (!homed()) {
+        return {Refusal::not_homed, 0};
+    }
+    const auto axis = static_cast<Axis>(command.arg0);
+    const bool turn = axis == Axis::c;
+    const double distance = static_cast<double>(command.arg1) / (turn ? kWireUnitsPerDegree : kWireUnitsPerMetre);
+    const double speed = static_cast<double>(command.arg2) * (turn ? 1e-3 : 1e-6);
+    if (!(speed > 0.0 && speed <= (turn ? kJogFastestTurn : kJogFastest))) {
+        return {Refusal::bad_speed, command.arg0};
+    }
+    AxisPositions end = runner_.set_point();
+    end[index(axis)] += rounded(distance * (turn ? kNdegPerDegree : kPmPerMetre));
+    const bool retracted =
+        static_cast<double>(end[index(Axis::y)]) / kPmPerMetre >= machine_.y_retracted.si() - 1e-6;
+    if (absolute(distance) > (turn ? kJogLargestTurn : kJogLargest) || (turn && !retracted) ||
+        safety::check_travel(machine_, end) || safety::check_keep_out(machine_, runner_.set_point(), end)) {
+        return {Refusal::jog_out_of_range, command.arg0};
+    }
+    runner_.start_jog(axis, distance, speed);
+    return post(Event::jog);
+}
+
+Controller::Verdict Controller::abort() noexcept {
+    const bool at_rest = state() == State::held || state() == State::held_link;
+    const Verdict verdict = post(Event::abort);
+    if (verdict.refusal == Refusal::none) {
+        stop_reason_ = Event::abort;
+        if (at_rest) {
+            runner_.drop();
+        } else {
+            runner_.request_stop();
+        }
+        job_open_ = false;
+    }
+    return verdict;
+}
+
+Controller::Verdict Controller::open(const link::JobOpen& job) noexcept {
+    if ((state() != State::idle && state() != State::armed) || !runner_.at_rest()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    link_.open_job(job.job, job.items);
+    job_open_ = true;
+    job_done_ = false;
+    job_items_ = job.items;
+    runner_.drop();
+    return {};
+}
+
+Controller::Verdict Controller::set_compensation(const link::SetCompensation& m) noexcept {
+    if ((state() != State::boot && state() != State::disabled && state() != State::idle) || !runner_.at_rest()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    Compensation c;
+    for (std::size_t i = 0; i < 3; ++i) {
+        c.axis_from_h.row[i] = {m.axis_matrix[3 * i], m.axis_matrix[3 * i + 1], m.axis_matrix[3 * i + 2]};
+    }
+    c.axis_offset = {m.axis_offset[0], m.axis_offset[1], m.axis_offset[2]};
+    c.galvo_from_field = m.galvo_matrix;
+    c.galvo_offset = m.galvo_offset;
+    // A compensation is a small correction: far from identity it is a mistake, and dangerous.
+    constexpr double kLargestCorrection = 0.02;
+    constexpr double kLargestOffset = 2e-3;
+    for (std::size_t i = 0; i < 9; ++i) {
+        const double identity = i % 4 == 0 ? 1.0 : 0.0;
+        if (!finite(m.axis_matrix[i]) || absolute(m.axis_matrix[i] - identity) > kLargestCorrection) {
+            return {Refusal::bad_config, static_cast<std::int64_t>(i)};
+        }
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+        const double identity = i % 3 == 0 ? 1.0 : 0.0;
+        if (!finite(m.galvo_matrix[i]) || absolute(m.galvo_matrix[i] - identity) > kLargestCorrection) {
+            return {Refusal::bad_config, static_cast<std::int64_t>(9 + i)};
+        }
+    }
+    for (const double offset :
+         {m.axis_offset[0], m.axis_offset[1], m.axis_offset[2], m.galvo_offset[0], m.galvo_offset[1]}) {
+        if (!finite(offset) || absolute(offset) > kLargestOffset) {
+            return {Refusal::bad_config, 13};
+        }
+    }
+    runner_.set_compensation(c);
+    return {};
+}
+
+}  // namespace sc
