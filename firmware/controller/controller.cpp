@@ -85,10 +85,11 @@ void Controller::advance_states(const ServoInputs& in) noexcept {
             } else if (state() == State::running && runner_.job_done()) {
                 (void)supervisor_.post(Event::job_done);
                 job_done_ = true;
+                close_job();
                 runner_.drop();
             }
             break;
-        case State::stopping: advance_stop(in.tick); break;
+        case State::stopping: advance_stop(); break;
         case State::held:
             // Held for want of points, and they have come. A hold by the operator waits for him.
             if (stop_reason_ == Event::starved && runner_.can_continue() && supervisor_.post(Event::resume)) {
@@ -108,11 +109,21 @@ void Controller::advance_states(const ServoInputs& in) noexcept {
     }
 }
 
-void Controller::advance_stop(std::int64_t /*tick*/) noexcept {
+void Controller::close_job() noexcept {
+    link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
+    link_.close_job();
+    job_open_ = false;
+}
+
+void Controller::advance_stop() noexcept {
     if (!runner_.at_rest()) {
         return;
     }
     if (stop_reason_ == Event::abort) {
+        if (link_.job_refusal() == Refusal::none) {
+            close_job();
+        }
+        job_open_ = false;  // a refused job stays open on the link, so that its refusal is repeated
         runner_.drop();
         (void)supervisor_.post(Event::stopped_abort);
     } else if (stop_reason_ == Event::link_silent) {
@@ -170,13 +181,15 @@ void Controller::follow_drives() noexcept {
 void Controller::drive(const ServoInputs& in, ServoOutputs& out) noexcept {
     drives::Request request;
     const bool stopping_in_fault = state() == State::fault && !runner_.at_rest();
+    // Where an encoder may lie no ramp can be trusted: the power goes at once. Other faults of the axes end in the drives' own ramp.
+    constexpr std::uint64_t kBlind = fault_bit(Fault::following_error) | fault_bit(Fault::encoder_frozen);
     constexpr std::uint64_t kByDrives = fault_bit(Fault::drive_fault) | fault_bit(Fault::drive_lost) |
-                                        fault_bit(Fault::following_error) | fault_bit(Fault::encoder_frozen) |
                                         fault_bit(Fault::homing_failed) | fault_bit(Fault::soft_limit) |
                                         fault_bit(Fault::keep_out) | fault_bit(Fault::turn_not_retracted) |
                                         fault_bit(Fault::arithmetic_state) | fault_bit(Fault::planner_late);
-    request.quick_stop = (supervisor_.faults() & kByDrives) != 0;
-    request.power = safety::powered_state(state()) || (stopping_in_fault && !request.quick_stop);
+    const bool blind = (supervisor_.faults() & kBlind) != 0;
+    request.quick_stop = !blind && (supervisor_.faults() & kByDrives) != 0;
+    request.power = safety::powered_state(state()) || (stopping_in_fault && !request.quick_stop && !blind);
     request.home = state() == State::homing;
     request.home_axes = request.home ? home_axes(home_stage_) : std::uint8_t{0};
     request.reset = reset_drives_;
@@ -210,7 +223,9 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
 }
 
 void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
-    link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
+    if (job_open_) {
+        link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
+    }
     const State now = state();
     if (now != reported_state_ || in.tick - report_tick_ >= kStatusEveryTicks) {
         link::Status status;

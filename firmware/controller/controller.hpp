@@ -59,7 +59,8 @@ private:
     void try_reset(const ServoInputs& in) noexcept;
 
     void advance_states(const ServoInputs& in) noexcept;
-    void advance_stop(std::int64_t tick) noexcept;
+    void advance_stop() noexcept;
+    void close_job() noexcept;
     void gate(const ServoInputs& in, ServoOutputs& out) noexcept;
     void drive(const ServoInputs& in, ServoOutputs& out) noexcept;
     void follow_drives() noexcept;

@@ -175,11 +175,11 @@ Controller::Verdict Controller::abort() noexcept {
     if (verdict.refusal == Refusal::none) {
         stop_reason_ = Event::abort;
         if (at_rest) {
+            close_job();
             runner_.drop();
         } else {
             runner_.request_stop();
         }
-        job_open_ = false;
     }
     return verdict;
 }

@@ -60,6 +60,8 @@ void Controller::watch_drives(const ServoInputs& in) noexcept {
             trip(Fault::drive_lost, number, in.tick);
         } else if (axis.fault && safety::powered_state(state())) {
             trip(Fault::drive_fault, number, in.tick);
+        } else if (!axis.enabled && safety::powered_state(state()) && state() != State::enabling) {
+            trip(Fault::drive_fault, number, in.tick);
         } else if (axis.homing_failed && state() == State::homing) {
             trip(Fault::homing_failed, number, in.tick);
         }
@@ -172,8 +174,8 @@ void Controller::try_reset(const ServoInputs& in) noexcept {
     }
     const Refusal refusal = supervisor_.reset(present);
     if (refusal == Refusal::none) {
+        close_job();
         runner_.drop();
-        job_open_ = false;
     }
     link_.reply(reset_sequence_, refusal, detail);
 }

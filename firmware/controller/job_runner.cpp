@@ -63,8 +63,6 @@ void JobRunner::set_compensation(const Compensation& compensation) noexcept {
 void JobRunner::start_job() noexcept {
     drop();
     phase_ = Phase::next_item;
-    items_taken_ = planned_ = fired_ = 0;
-    fired_position_ = {};
 }
 
 void JobRunner::drop() noexcept {
@@ -73,6 +71,8 @@ void JobRunner::drop() noexcept {
     stopping_ = waiting_ = path_closed_ = false;
     refusal_ = {};
     limited_by_ = LimitedBy::none;
+    items_taken_ = planned_ = fired_ = 0;
+    fired_position_ = {};
 }
 
 void JobRunner::refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept {

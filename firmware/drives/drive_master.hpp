@@ -3,8 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <expected>
 #include <span>
 
+#include "firmware/drives/bus_budget.hpp"
+#include "firmware/drives/drive_node.hpp"
 #include "firmware/hal/io.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/machine/machine.hpp"
@@ -27,10 +30,13 @@ struct Request {
 struct AxisStatus {
     bool present = false;  ///< heartbeat and PDOs arrive in time
     bool enabled = false;  ///< Operation enabled, confirmed
+    /// `target` is used from the next tick on. While false (not all drives enabled yet, homing, coming back from it)
+    /// the drive holds its place and the caller must keep its set-point at `actual`.
+    bool follows = false;
     bool homed = false;
     bool fault = false;  ///< in Fault or Fault reaction active
     bool homing_failed = false;
-    std::uint16_t error_code = 0;  ///< last EMCY
+    std::uint16_t error_code = 0;  ///< last EMCY, until the next reset
     std::int64_t actual = 0;       ///< pm / ndeg, from the last TPDO
     std::uint16_t statusword = 0;
 };
@@ -39,25 +45,46 @@ struct Outcome {
     std::array<AxisStatus, kAxisCount> axis{};
     bool all_present = false;
     bool all_enabled = false;
-    bool all_disabled = false;
+    bool all_follow = false;
+    bool all_disabled = false;  ///< no present drive has power on its motor
     bool homing_done = false;   ///< every requested axis is homed and back in CSP
-    bool actual_fresh = false;  ///< TPDOs of all present axes arrived since the last SYNC
+    /// At the last SYNC tick, every present drive had answered the SYNC before it. False is the first sign of a lost
+    /// drive, long before `present` falls.
+    bool actual_fresh = false;
 };
 
-/// Non-blocking; one object for the controller's life. No heap. Bounded: O(axes + received frames) per tick.
+/// Non-blocking; one object for the controller's life. No heap. Bounded: O(axes + received frames) per tick, at most
+/// 14 frames out of kDriveFramesPerTick.
 class DriveMaster {
 public:
     explicit DriveMaster(const MachineConfig& machine) noexcept;
 
-    /// Control tick. `out` receives frames to send (appended to `out_size`); SYNC goes out every `drive_cycle_ticks`,
-    /// targets just before it. When a drive is enabled, its target is first preset to its actual position: the caller
-    /// reads `Outcome::axis[].actual` and must start its set-points there.
+    /// Share of the bus at worst, or why the configuration is refused; a refused master sends nothing and finds no
+    /// drive present.
+    [[nodiscard]] const std::expected<BusBudget, Refusal>& budget() const noexcept { return budget_; }
+
+    /// Control tick. `out` receives frames to send (appended to `drive_tx_size`); SYNC goes out every
+    /// `drive_cycle_ticks`, targets just before it. When a drive is enabled, its target is first preset to its actual
+    /// position: the caller reads `Outcome::axis[].actual` and must start its set-points there when `follows` comes.
+    /// `reset` may be a single tick; the drive leaves Fault some cycles later or stays in it. Homing that is withdrawn
+    /// is broken off by the drive's ramp; `follows` returns when the drive is back in CSP.
     Outcome step(std::int64_t tick, std::span<const DriveFrame> received, const Request& request,
                  ServoOutputs& out) noexcept;
 
 private:
-    // (to be filled in)
-    const MachineConfig* machine_;
+    [[nodiscard]] NodeRequest node_request(std::size_t axis, const Request& request) const noexcept;
+    void receive(std::span<const DriveFrame> received, std::int64_t tick) noexcept;
+    void send_cycle(ServoOutputs& out) noexcept;
+    void send_other(std::int64_t tick, bool cycle, ServoOutputs& out) noexcept;
+    [[nodiscard]] Outcome outcome(const Request& request) const noexcept;
+    [[nodiscard]] AxisStatus status(const DriveNode& node) const noexcept;
+
+    std::expected<BusBudget, Refusal> budget_;
+    std::array<DriveNode, kAxisCount> nodes_;
+    std::int64_t cycle_ticks_ = 1;
+    std::int64_t heartbeat_ticks_ = 1;
+    bool all_enabled_ = false;
+    bool fresh_ = false;
 };
 
 }  // namespace sc::drives

@@ -7,8 +7,10 @@
 #include <string_view>
 
 /// Messages between host and controller. Each has a number, a name and one visitor, from which encoder, decoder and the
-/// schema's hash are all made (codec.hpp). The order of fields is the order on the wire; integers are little-endian,
-/// doubles IEEE 754 bits. To change a message is to change the hash, and both sides refuse to talk to another hash.
+/// schema's hash are all made (codec.hpp, schema.hpp). The order of fields is the order on the wire; integers are
+/// little-endian, doubles IEEE 754 bits. To change a message is to change the hash, and both sides refuse to talk to
+/// another hash. Hello and HelloReply alone must stay as they are, since they carry the hash to a peer that has
+/// another.
 
 namespace sc::link {
 
@@ -67,7 +69,8 @@ struct Heartbeat {
 };
 
 /// Answered by CommandReply with the same `sequence`. Repeated with the same sequence it is answered again, not done
-/// again.
+/// again. Sequences are shared with JobOpen and SetCompensation and rise within a session: one that is older than the
+/// newest taken, and was never answered, is refused.
 struct Command {
     static constexpr std::uint8_t kId = 3;
     static constexpr std::string_view kName = "command";
@@ -151,11 +154,13 @@ struct HelloReply {
     std::uint32_t boot = 0;          ///< changes at each start of the controller
     std::uint16_t config_bytes = 0;  ///< size of the serialised MachineConfig
     std::uint32_t config_crc = 0;
+    std::uint32_t last_sequence = 0;  ///< newest sequence taken in this session; a resuming host counts on from here
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("schema", m.schema), v("major", m.major), v("minor", m.minor), v("refusal", m.refusal),
             v("session", m.session);
         v("boot", m.boot), v("config_bytes", m.config_bytes), v("config_crc", m.config_crc);
+        v("last_sequence", m.last_sequence);
     }
 };
 

@@ -31,7 +31,7 @@ enum class Actuator : std::uint8_t {
 struct PathBegin {
     std::uint32_t path = 0;  ///< id, unique in the job
     Actuator actuator = Actuator::axes;
-    std::uint8_t pass = 0;            ///< number of this pass over the same line; the host repeats the items for each
+    std::uint8_t pass = 0;           ///< number of this pass over the same line; the host repeats the items for each
     std::uint32_t speed_um_s = 0;    ///< path speed
     std::uint32_t pitch_nm = 0;      ///< distance between pulses along the path
     std::uint32_t energy_nj = 0;     ///< of one pulse

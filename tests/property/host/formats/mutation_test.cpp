@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <functional>
 #include <random>
 #include <string>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "host/formats/calibration_set.hpp"
 #include "host/formats/job.hpp"
@@ -42,9 +42,33 @@ private:
     std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
 
     void hit(std::string& text) {
-        static const std::vector<std::string> words{
-            "nan", "inf", "-", "1e999", "0", "-1", "99999999999999999999", "\"", "[", "]", "=", ",", ";", "#", "\n", "\r\n",
-            "[[face]]", "12,5", "\xff", std::string(1, '\0'), "{", "}", "true", "1979-05-27", "0x1F", "'''", "\"\"\""};
+        static const std::vector<std::string> words{"nan",
+                                                    "inf",
+                                                    "-",
+                                                    "1e999",
+                                                    "0",
+                                                    "-1",
+                                                    "99999999999999999999",
+                                                    "\"",
+                                                    "[",
+                                                    "]",
+                                                    "=",
+                                                    ",",
+                                                    ";",
+                                                    "#",
+                                                    "\n",
+                                                    "\r\n",
+                                                    "[[face]]",
+                                                    "12,5",
+                                                    "\xff",
+                                                    std::string(1, '\0'),
+                                                    "{",
+                                                    "}",
+                                                    "true",
+                                                    "1979-05-27",
+                                                    "0x1F",
+                                                    "'''",
+                                                    "\"\"\""};
         const std::size_t at = below(text.size());
         switch (below(6)) {
             case 0: text[at] = static_cast<char>(random_() & 0xFFU); break;
@@ -80,7 +104,9 @@ void expect_read_or_refused(const std::string& good, const Reader& read, int rou
     EXPECT_GT(refused, rounds / 4);
 }
 
-std::string example(const std::string& name) { return test::slurp(std::string(SC_SOURCE_DIR "/examples/ras3dm/") + name); }
+std::string example(const std::string& name) {
+    return test::slurp(std::string(SC_SOURCE_DIR "/examples/ras3dm/") + name);
+}
 
 constexpr int kRounds = 300;
 
@@ -98,7 +124,8 @@ TEST(DamagedFile, Calibration) {
     std::string text = example("calibration.toml");
     const std::size_t at = text.find("sha256 = ");
     text.erase(at, text.find('\n', at) + 1 - at);
-    expect_read_or_refused(text, [](const auto& p) { static_cast<void>(compensation_of(read_calibration(p))); }, kRounds);
+    expect_read_or_refused(
+        text, [](const auto& p) { static_cast<void>(compensation_of(read_calibration(p))); }, kRounds);
 }
 TEST(DamagedFile, SealedCalibrationIsNeverReadAsAnother) {
     const CalibrationSet good = read_calibration(SC_SOURCE_DIR "/examples/ras3dm/calibration.toml");
@@ -146,7 +173,8 @@ TEST(DamagedFile, Recipe) {
     expect_read_or_refused(text, [](const auto& p) { static_cast<void>(read_recipe(p)); }, kRounds);
 }
 TEST(DamagedFile, PulseTrace) {
-    const std::string header = R"({"axis":{"point_m":[0,0,0],"direction":[0,0,1]},"errors":[{"name":"a","value":1,"unit":"um"}]})";
+    const std::string header =
+        R"({"axis":{"point_m":[0,0,0],"direction":[0,0,1]},"errors":[{"name":"a","value":1,"unit":"um"}]})";
     std::string bytes(trace::kPulseMagic.begin(), trace::kPulseMagic.end());
     bytes += static_cast<char>(header.size());
     bytes += std::string(3, '\0') + header + std::string(4 * trace::kPulseRecordSize, '\x05');
@@ -155,8 +183,7 @@ TEST(DamagedFile, PulseTrace) {
 TEST(DamagedFile, SampleTrace) {
     std::string bytes(trace::kSampleMagic.begin(), trace::kSampleMagic.end());
     bytes += std::string("\x02\0\0\0{}", 6) + std::string(20 * trace::kSampleRecordSize, '\0');
-    expect_read_or_refused(
-        bytes, [](const auto& p) { for_each_sample(p, [](const auto&, auto) {}); }, kRounds);
+    expect_read_or_refused(bytes, [](const auto& p) { for_each_sample(p, [](const auto&, auto) {}); }, kRounds);
 }
 
 }  // namespace

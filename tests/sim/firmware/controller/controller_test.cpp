@@ -211,6 +211,11 @@ TEST(Controller, AbortsToArmedAndTakesAnotherJob) {
     ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
     ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
     EXPECT_EQ(rig.path_pulses().size() - before, 201U + 201U + 1504U);
+    // The same job once more burns it once more, from its first item.
+    const auto again = rig.path_pulses().size();
+    ASSERT_EQ(rig.open_job(short_job(30.0)).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() == again + 1906 && rig.state() == State::armed; }, 60'000));
 }
 
 struct FaultCase {

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boards/sim/cell.hpp"
+
+#include "firmware/motion/planner.hpp"
+#include "firmware/safety/frame_guard.hpp"
+
+namespace sc::sim {
+namespace {
+
+/// Light of the last window may still come for two ticks after the state has changed.
+constexpr int kRestTicks = 3;
+constexpr std::int64_t kRunOutNs = 30'000'000'000;
+
+bool at_rest(State state) {
+    switch (state) {
+        case State::boot:
+        case State::disabled:
+        case State::idle:
+        case State::armed:
+        case State::held:
+        case State::held_link:
+        case State::disabling:
+        case State::fault: return true;
+        case State::enabling:
+        case State::homing:
+        case State::jogging:
+        case State::arming:
+        case State::running:
+        case State::marking:
+        case State::stopping: return false;
+    }
+    return false;
+}
+
+bool may_be_left(State state) {
+    return state == State::fault || state == State::idle || state == State::disabled || state == State::boot;
+}
+
+CellOptions with_directory(CellOptions options) {
+    if (!options.out.empty()) {
+        std::filesystem::create_directories(options.out);
+    }
+    return options;
+}
+
+}  // namespace
+
+SimCell::SimCell(const CellOptions& options)
+    : options_(with_directory(options)),
+      world_(options_.world),
+      plant_(options_.machine, world_, options_.script, safety::frame_guard),
+      traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
+      to_controller_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
+      to_host_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
+      controller_(std::make_unique<Controller>(options_.machine, options_.boot_id)),
+      outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
+
+void SimCell::push_link(std::span<const std::uint8_t> bytes) { to_controller_.push(bytes); }
+
+std::size_t SimCell::take_link(std::vector<std::uint8_t>& out) {
+    const std::size_t count = link_tx_.size();
+    out.insert(out.end(), link_tx_.begin(), link_tx_.end());
+    link_tx_.clear();
+    return count;
+}
+
+void SimCell::tick() {
+    step_controller();
+    plant_.accept(tick_, latest());
+    traces_.tick(tick_, latest(), plant_.encoders());
+    const ServoOutputs* acting = tick_ == 0 ? nullptr : outputs_[1 - newest_].get();
+    plant_.play(tick_, acting, [this](const trace::PulseRecord& record) {
+        traces_.pulse(record);
+        if (options_.on_pulse) {
+            options_.on_pulse(record);
+        }
+    });
+    note_state();
+    carry_link();
+    ++tick_;
+}
+
+void SimCell::step_controller() {
+    newest_ = 1 - newest_;
+    ServoOutputs& outputs = *outputs_[newest_];
+    outputs.link_tx_size = outputs.drive_tx_size = outputs.laser_size = outputs.pulses_size = 0;
+    outputs.gate_allowed = outputs.cancel_laser = false;
+    ServoInputs inputs;
+    inputs.tick = tick_;
+    inputs.link_rx = link_rx_;
+    plant_.sample(inputs);
+    controller_->servo_step(inputs, outputs);
+    controller_->plan_step(motion::kUnitsPerTick);
+}
+
+void SimCell::carry_link() {
+    to_controller_.set_connected(plant_.link_connected());
+    to_host_.set_connected(plant_.link_connected());
+    to_host_.push(std::span(latest().link_tx).first(latest().link_tx_size));
+    link_rx_.clear();
+    to_controller_.tick(link_rx_);
+    to_host_.tick(link_tx_);
+}
+
+void SimCell::note_state() {
+    ticks_at_rest_ = at_rest(state()) ? ticks_at_rest_ + 1 : 0;
+    if (ticks_at_rest_ >= kRestTicks) {
+        plant_.faults().came_to_rest();
+    }
+}
+
+void SimCell::run_out() {
+    const std::int64_t end = now_ns() + kRunOutNs;
+    for (int settled = 0; settled < kRestTicks && now_ns() < end;) {
+        tick();
+        settled = may_be_left(state()) ? settled + 1 : 0;
+    }
+}
+
+CellReport SimCell::report() const {
+    CellReport report;
+    report.state = state();
+    report.faults = faults();
+    report.first_fault = controller_->first_fault().fault;
+    report.now_ns = now_ns();
+    report.pulses = plant_.pulses();
+    report.last_pulse_ns = plant_.last_pulse_ns();
+    report.laser = plant_.laser_counters();
+    report.galvo_words_dropped = plant_.galvo_words_dropped();
+    report.command_trace_sha256 = traces_.command_sha256();
+    report.script_events = plant_.fault_records();
+    report.errors = world_.errors();
+    return report;
+}
+
+void SimCell::close() {
+    traces_.close();
+    if (!options_.out.empty()) {
+        write_whole_file(options_.out / "cell.json", to_json(report()) + "\n");
+    }
+}
+
+}  // namespace sc::sim

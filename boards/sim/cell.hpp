@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "boards/sim/cell_report.hpp"
+#include "boards/sim/cell_traces.hpp"
+#include "boards/sim/plant/cell_plant.hpp"
+#include "boards/sim/plant/serial_wire.hpp"
+#include "boards/sim/world/world.hpp"
+#include "firmware/controller/controller.hpp"
+#include "shared/codes/state.hpp"
+#include "shared/machine/machine.hpp"
+
+namespace sc::sim {
+
+struct CellOptions {
+    MachineConfig machine = reference_machine();
+    std::filesystem::path world;  ///< world file
+    std::filesystem::path out;    ///< directory of the traces, created; empty = write nothing
+    std::vector<FaultEvent> script{};
+    std::uint32_t baud = 921'600;
+    std::uint32_t boot_id = 1;
+    bool command_trace = false;  ///< write command.trace too
+    PulseSink on_pulse{};        ///< called besides the trace; may be empty
+};
+
+/// The whole cell in virtual time: controller, plant, world, link wire, script of faults, traces. One thread, no clock
+/// but its own: the same calls give the same bytes. A dark tick costs some microseconds.
+class SimCell {
+public:
+    /// Throws WorldError, std::invalid_argument (machine), std::system_error (directory).
+    explicit SimCell(const CellOptions& options);
+
+    /// Bytes for the controller, at now(); they go in no faster than the wire allows.
+    void push_link(std::span<const std::uint8_t> bytes);
+    /// Appends the bytes that have come out of the wire since the last call; returns how many.
+    std::size_t take_link(std::vector<std::uint8_t>& out);
+    /// Lives one control period.
+    void tick();
+    /// Lives on without a host until the state is fault, idle, disabled or boot, or for 30 s of its time.
+    void run_out();
+
+    /// Start of the next tick.
+    [[nodiscard]] std::int64_t now_ns() const noexcept { return tick_ * options_.machine.control_period_ns; }
+    [[nodiscard]] State state() const noexcept { return static_cast<State>(latest().state); }
+    [[nodiscard]] std::uint64_t faults() const noexcept { return latest().faults; }
+    /// Outputs of the last tick.
+    [[nodiscard]] const ServoOutputs& latest() const noexcept { return *outputs_[newest_]; }
+    [[nodiscard]] CellPlant& plant() noexcept { return plant_; }
+    [[nodiscard]] const World& world() const noexcept { return world_; }
+
+    [[nodiscard]] CellReport report() const;
+    /// Closes the traces and writes cell.json. The cell must not tick afterwards.
+    void close();
+
+private:
+    void step_controller();
+    void carry_link();
+    void note_state();
+
+    CellOptions options_;
+    World world_;
+    CellPlant plant_;
+    CellTraces traces_;
+    SerialWire to_controller_;
+    SerialWire to_host_;
+    std::vector<std::uint8_t> link_rx_;
+    std::vector<std::uint8_t> link_tx_;
+    std::unique_ptr<Controller> controller_;
+    std::array<std::unique_ptr<ServoOutputs>, 2> outputs_;
+    std::size_t newest_ = 0;
+    std::int64_t tick_ = 0;
+    int ticks_at_rest_ = 0;
+};
+
+}  // namespace sc::sim

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boards/sim/cell_report.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace sc::sim {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string name_of_fault(Fault fault) {
+    const CodeText* row = find_code(fault);
+    return row == nullptr ? std::string() : std::string(row->name);
+}
+
+Json faults_json(std::uint64_t faults) {
+    Json list = Json::array();
+    for (unsigned number = 1; number < 64; ++number) {
+        if ((faults >> number & 1U) != 0) {
+            list.push_back(name_of_fault(static_cast<Fault>(number)));
+        }
+    }
+    return list;
+}
+
+Json events_json(const std::vector<FaultRecord>& records) {
+    Json list = Json::array();
+    for (const FaultRecord& r : records) {
+        Json event{{"t_ns", r.t_ns}, {"what", r.what}, {"last_pulse_after_ns", nullptr}};
+        if (r.last_pulse_ns) {
+            event["last_pulse_after_ns"] = *r.last_pulse_ns - r.t_ns;
+        }
+        list.push_back(event);
+    }
+    return list;
+}
+
+Json errors_json(const std::vector<KnownError>& errors) {
+    Json list = Json::array();
+    for (const KnownError& e : errors) {
+        list.push_back({{"name", e.name}, {"value", e.value}, {"unit", e.unit}, {"compensated_by", e.compensated_by}});
+    }
+    return list;
+}
+
+}  // namespace
+
+std::string to_json(const CellReport& report) {
+    Json first = nullptr;
+    if (report.first_fault != Fault::none) {
+        first = name_of_fault(report.first_fault);
+    }
+    const Json json{{"state", name_of(report.state)},
+                    {"faults", faults_json(report.faults)},
+                    {"first_fault", first},
+                    {"cell_seconds", static_cast<double>(report.now_ns) * 1e-9},
+                    {"pulses", report.pulses},
+                    {"unlit", report.laser.unlit},
+                    {"last_pulse_ns", report.last_pulse_ns},
+                    {"command_trace_sha256", report.command_trace_sha256},
+                    {"pulses_not_allowed", report.laser.not_allowed},
+                    {"pulses_cancelled", report.laser.cancelled},
+                    {"pulses_cut", report.laser.cut},
+                    {"pulses_out_of_rate", report.laser.out_of_rate},
+                    {"pulses_disordered", report.laser.disordered},
+                    {"galvo_words_dropped", report.galvo_words_dropped},
+                    {"script_events", events_json(report.script_events)},
+                    {"errors", errors_json(report.errors)}};
+    return json.dump(2);
+}
+
+}  // namespace sc::sim

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "boards/sim/cell.hpp"
+#include "boards/sim/lock_step.hpp"
+#include "boards/sim/plant/fault_script.hpp"
+#include "boards/sim/real_time.hpp"
+#include "boards/sim/world/world_error.hpp"
+
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kBadInput = 2;
+constexpr const char* kDefaultWorld = "boards/sim/world/default/world.toml";
+constexpr const char* kExamples = R"(Examples:
+  scribecell-cell --pty --out run1
+      a cell on a pseudo-terminal in real time; prints its path. Ctrl-C ends it and writes run1/cell.json
+  scribecell-cell --tcp 0 --speed 2 --world my_world.toml
+      a cell on a free loopback port, at twice real time
+  scribecell-cell --lockstep-fd 3 --out run2 --script faults.txt
+      as the host starts it: virtual time, over the inherited socket 3
+
+A fault script has one event a line:
+  at 3.5 estop open
+  pulse 1000 interlock open
+  at 4 drive x fault 0x2310)";
+
+volatile bool stop_asked = false;
+
+void ask_stop(int) { stop_asked = true; }
+
+struct Arguments {
+    std::string world;
+    std::string out;
+    std::string script;
+    std::uint32_t baud = 921'600;
+    std::uint32_t seed = 1;
+    int lockstep = -1;
+    bool pty = false;
+    int tcp = -1;
+    double speed = 1.0;
+    bool command_trace = false;
+};
+
+void describe(CLI::App& app, Arguments& a) {
+    app.footer(kExamples);
+    app.add_option("--world", a.world, "world file (default: the reference cell)");
+    app.add_option("--out", a.out, "directory for pulses.trace, samples.trace and cell.json (default: none written)");
+    app.add_option("--script", a.script, "fault script");
+    app.add_option("--baud", a.baud, "rate of the serial link")
+        ->check(CLI::Range(9600, 10'000'000))
+        ->capture_default_str();
+    app.add_option("--seed", a.seed, "number of this start of the controller")->capture_default_str();
+    app.add_flag("--command-trace", a.command_trace, "write command.trace too: the records under the command hash");
+    auto* mode = app.add_option_group("mode", "who drives the cell");
+    mode->add_option("--lockstep-fd", a.lockstep, "inherited socket: virtual time in lock-step with the host")
+        ->check(CLI::Range(0, 1'000'000));
+    mode->add_flag("--pty", a.pty, "a pseudo-terminal in real time; prints its path");
+    mode->add_option("--tcp", a.tcp, "a TCP port on 127.0.0.1 in real time, 0 = any; prints it")
+        ->check(CLI::Range(0, 65535));
+    mode->require_option(1);
+    app.add_option("--speed", a.speed, "seconds of the cell's time a second (--pty, --tcp)")
+        ->check(CLI::Range(0.01, 1000.0))
+        ->capture_default_str();
+}
+
+/// The reference world: below $SCRIBECELL_ROOT, or below the nearest folder above this program that has it.
+std::filesystem::path default_world() {
+    if (const char* root = std::getenv("SCRIBECELL_ROOT"); root != nullptr) {
+        return std::filesystem::path(root) / kDefaultWorld;
+    }
+    std::error_code ignored;
+    std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+    while (folder.has_relative_path() && !std::filesystem::exists(folder / kDefaultWorld)) {
+        folder = folder.parent_path();
+    }
+    return folder / kDefaultWorld;
+}
+
+sc::sim::CellOptions options_of(const Arguments& a) {
+    sc::sim::CellOptions options;
+    options.world = a.world.empty() ? default_world() : std::filesystem::path(a.world);
+    options.out = a.out;
+    if (!a.script.empty()) {
+        options.script = sc::sim::read_fault_script(a.script);
+    }
+    options.baud = a.baud;
+    options.boot_id = a.seed;
+    options.command_trace = a.command_trace;
+    return options;
+}
+
+void catch_signals() {
+    struct sigaction action{};
+    action.sa_handler = ask_stop;
+    ::sigaction(SIGTERM, &action, nullptr);
+    ::sigaction(SIGINT, &action, nullptr);
+    std::signal(SIGPIPE, SIG_IGN);
+}
+
+void serve_port(sc::sim::SimCell& cell, const Arguments& a) {
+    const auto port = a.pty ? sc::sim::open_pty() : sc::sim::open_tcp(static_cast<std::uint16_t>(a.tcp));
+    std::printf("%s\n", port->name().c_str());
+    std::fflush(stdout);
+    sc::sim::serve_real_time(cell, *port, a.speed, &stop_asked);
+}
+
+int run(const Arguments& a) {
+    sc::sim::SimCell cell(options_of(a));
+    if (a.lockstep >= 0) {
+        sc::sim::serve_lock_step(cell, a.lockstep, &stop_asked);
+        cell.run_out();
+    } else {
+        serve_port(cell, a);
+    }
+    cell.close();
+    spdlog::info("cell ends in state {} after {:.3f} s, {} pulses", sc::name_of(cell.state()),
+                 static_cast<double>(cell.now_ns()) * 1e-9, cell.plant().pulses());
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app{"The simulated scribing cell: controller, drives, head, laser and the true world.", "scribecell-cell"};
+    try {
+        Arguments arguments;
+        describe(app, arguments);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {
+            return app.exit(error) == 0 ? 0 : kBadInput;
+        }
+        spdlog::set_default_logger(spdlog::stderr_logger_st("scribecell-cell"));
+        catch_signals();
+        return run(arguments);
+    } catch (const sc::sim::WorldError& error) {
+        std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
+        return kBadInput;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
+        return kFailed;
+    }
+}

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boards/sim/plant/cell_plant.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace sc::sim {
+namespace {
+
+/// Where the axes happen to stand when the cell is switched on: base units, off every grid.
+constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
+
+std::int64_t pm(double metres) { return std::llround(metres * kPmPerMetre); }
+
+std::array<std::int64_t, 3> pm(const Vec3& v) { return {pm(v.x), pm(v.y), pm(v.z)}; }
+
+void check_periods(const MachineConfig& machine) {
+    if (machine.control_period_ns % machine.guard_period_ns != 0 ||
+        machine.guard_period_ns % machine.galvo_period_ns != 0 ||
+        machine.control_period_ns != machine.galvo_period_ns * static_cast<std::int64_t>(kGalvoFramesPerTick)) {
+        throw std::invalid_argument("cell: a control period must be whole guard periods, and those whole galvo frames");
+    }
+}
+
+}  // namespace
+
+CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vector<FaultEvent> script,
+                     GuardFunction guard_function)
+    : machine_(machine),
+      world_(&world),
+      guard_(guard_function),
+      faults_(std::move(script)),
+      galvo_(machine, world.spec().galvo),
+      laser_(machine.laser, world.spec().laser.power_time_constant),
+      lines_(world.spec().inputs) {
+    check_periods(machine);
+    deflections_.resize(static_cast<std::size_t>(machine.guard_period_ns / machine.galvo_period_ns) + 1);
+    const std::int64_t drive_cycle_ns = machine.drive_cycle_ticks * machine.control_period_ns;
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        drives_.emplace_back(drive_options(machine.axis[i], drive_cycle_ns, kPowerUpPosition[i]));
+    }
+}
+
+void CellPlant::sample(ServoInputs& inputs) {
+    std::swap(drive_rx_, drive_sent_);
+    drive_sent_.clear();
+    inputs.drive_rx = drive_rx_;
+    inputs.digital = lines_;
+    inputs.galvo_status = galvo_.status();
+    inputs.guard_causes = std::exchange(guard_causes_, std::uint8_t{0});
+}
+
+void CellPlant::accept(std::int64_t tick, const ServoOutputs& outputs) {
+    for (std::size_t i = 0; i < outputs.laser_size; ++i) {
+        laser_.queue(outputs.laser[i], outputs.gate_allowed);
+    }
+    if (outputs.cancel_laser) {
+        laser_.cancel(tick * machine_.control_period_ns + kCancelActNs);
+    }
+}
+
+void CellPlant::play(std::int64_t tick, const ServoOutputs* acting, const PulseSink& sink) {
+    const std::int64_t begin = tick * machine_.control_period_ns;
+    begin_window(begin, acting);
+    const std::size_t frames = deflections_.size() - 1;
+    for (std::size_t first = 0; first < kGalvoFramesPerTick; first += frames) {
+        const std::int64_t from = begin + static_cast<std::int64_t>(first) * machine_.galvo_period_ns;
+        const std::int64_t to = from + machine_.guard_period_ns;
+        run_timed_events(from);
+        guard(from, acting != nullptr && acting->gate_allowed);
+        move(to, first, acting);
+        fire(from, to, sink);
+    }
+    for (SimDrive& drive : drives_) {
+        drive.drain(drive_sent_);
+    }
+}
+
+void CellPlant::begin_window(std::int64_t t_ns, const ServoOutputs* acting) {
+    laser_.set_master_oscillator(acting != nullptr && acting->digital.master_oscillator, t_ns);
+    if (acting == nullptr) {
+        return;
+    }
+    for (std::size_t i = 0; i < acting->drive_tx_size; ++i) {
+        for (SimDrive& drive : drives_) {
+            drive.receive(acting->drive_tx[i], t_ns);
+        }
+    }
+}
+
+void CellPlant::guard(std::int64_t t_ns, bool gate_allowed) {
+    const GuardVeto veto = guard_({lines_, galvo_.status(), gate_allowed});
+    guard_causes_ |= veto.causes;
+    if (veto.causes == 0) {
+        // Runs of a tick that did not allow the gate were refused when they were queued.
+        laser_.open_gate();
+    } else if (veto.close_gate) {
+        laser_.cancel(t_ns + kGuardActNs);
+        laser_.shut_gate(t_ns + kGuardActNs);
+    }
+}
+
+void CellPlant::move(std::int64_t t_ns, std::size_t first_frame, const ServoOutputs* acting) {
+    deflections_[0] = galvo_.state();
+    for (std::size_t i = 1; i < deflections_.size(); ++i) {
+        if (acting != nullptr) {
+            const GalvoFrame& frame = acting->galvo[first_frame + i - 1];
+            galvo_.play(frame.word_x, frame.word_z);
+        }
+        deflections_[i] = galvo_.state();
+    }
+    for (SimDrive& drive : drives_) {
+        drive.step_to(t_ns);
+    }
+}
+
+void CellPlant::fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink& sink) {
+    while (true) {
+        const std::int64_t limit = std::min(faults_.next_time(), end_ns);
+        if (const std::optional<LaserPulse> pulse = laser_.next(limit)) {
+            light(*pulse, begin_ns, sink);
+        } else if (limit < end_ns) {
+            run_timed_events(limit);
+        } else {
+            return;
+        }
+    }
+}
+
+void CellPlant::light(const LaserPulse& pulse, std::int64_t begin_ns, const PulseSink& sink) {
+    if (!pulse.lit) {
+        return;
+    }
+    ++pulses_;
+    last_pulse_ns_ = pulse.t_ns;
+    faults_.saw_pulse(pulse.t_ns);
+    sink(record_of(pulse, begin_ns));
+    while (const std::optional<FaultEvent> event = faults_.take_after(pulses_, pulse.t_ns)) {
+        apply(*event, pulse.t_ns);
+    }
+}
+
+trace::PulseRecord CellPlant::record_of(const LaserPulse& pulse, std::int64_t begin_ns) const {
+    const double frame_ns = static_cast<double>(machine_.galvo_period_ns);
+    const double frames = std::max(0.0, static_cast<double>(pulse.t_ns - begin_ns) / frame_ns);
+    const std::size_t k = std::min(static_cast<std::size_t>(frames), deflections_.size() - 2);
+    const auto mirrors =
+        between(deflections_[k], deflections_[k + 1], frames - static_cast<double>(k), frame_ns * 1e-9);
+    const Vec3 reading{drives_[0].true_position_at(pulse.t_ns), drives_[1].true_position_at(pulse.t_ns),
+                       drives_[2].true_position_at(pulse.t_ns)};
+    const double c = drives_[3].true_position_at(pulse.t_ns);
+
+    trace::PulseRecord record;
+    record.t_ns = pulse.t_ns;
+    record.energy_nj = pulse.energy_nj;
+    record.c_ndeg = std::llround(world_->table_angle(c) * kNdegPerDegree);
+    if (const std::optional<Spot> spot = world_->shine(reading, mirrors[0], mirrors[1], c)) {
+        record.place_pm = pm(spot->place);
+        record.table_pm = pm(spot->table_place);
+        record.defocus_pm = pm(spot->defocus);
+        record.hit = 1;
+    }
+    return record;
+}
+
+void CellPlant::run_timed_events(std::int64_t t_ns) {
+    while (const std::optional<FaultEvent> event = faults_.take_at(t_ns)) {
+        apply(*event, *event->at_ns);
+    }
+}
+
+void CellPlant::apply(const FaultEvent& event, std::int64_t t_ns) {
+    switch (event.action) {
+        case FaultAction::estop_open: lines_.estop_closed = false; break;
+        case FaultAction::estop_close: lines_.estop_closed = true; break;
+        case FaultAction::interlock_open: lines_.interlock_closed = false; break;
+        case FaultAction::interlock_close: lines_.interlock_closed = true; break;
+        case FaultAction::laser_alarm: lines_.laser_no_alarm = false; break;
+        case FaultAction::laser_not_ready: lines_.laser_ready = false; break;
+        case FaultAction::laser_ok: lines_.laser_ready = lines_.laser_no_alarm = true; break;
+        case FaultAction::galvo_fail: galvo_.fail(true); break;
+        case FaultAction::galvo_ok: galvo_.fail(false); break;
+        case FaultAction::link_cut: link_connected_ = false; break;
+        case FaultAction::link_restore: link_connected_ = true; break;
+        case FaultAction::drive_freeze:
+        case FaultAction::drive_stall:
+        case FaultAction::drive_silent:
+        case FaultAction::drive_fault:
+        case FaultAction::drive_recover: apply_to_drive(event); break;
+    }
+    apply_lines(t_ns);
+}
+
+void CellPlant::apply_to_drive(const FaultEvent& event) {
+    SimDrive& drive = drives_[index(event.axis)];
+    if (event.action == FaultAction::drive_freeze) {
+        drive.freeze_encoder(true);
+    } else if (event.action == FaultAction::drive_stall) {
+        drive.block(true);
+    } else if (event.action == FaultAction::drive_silent) {
+        drive.go_silent(true);
+    } else if (event.action == FaultAction::drive_fault) {
+        drive.raise_fault(event.error_code);
+    } else {
+        drive.freeze_encoder(false);
+        drive.block(false);
+        drive.go_silent(false);
+    }
+}
+
+void CellPlant::apply_lines(std::int64_t t_ns) {
+    if (lines_.estop_closed && lines_.interlock_closed) {
+        laser_.restore_light();
+    } else {
+        laser_.cut_light(t_ns + kHardCutNs);
+    }
+}
+
+AxisPositions CellPlant::encoders() const {
+    AxisPositions out{};
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        const AxisConfig& axis = machine_.axis[i];
+        const double unit = i == index(Axis::c) ? kNdegPerDegree : kPmPerMetre;
+        const double counts = std::round(drives_[i].true_position() * axis.counts_per_unit);
+        out[i] = std::llround(counts / axis.counts_per_unit * unit);
+    }
+    return out;
+}
+
+}  // namespace sc::sim

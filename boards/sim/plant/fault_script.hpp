@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/machine/machine.hpp"
+
+namespace sc::sim {
+
+/// What a line of a script does to the cell.
+enum class FaultAction : std::uint8_t {
+    estop_open,
+    estop_close,
+    interlock_open,
+    interlock_close,
+    laser_alarm,
+    laser_ok,
+    laser_not_ready,
+    galvo_fail,
+    galvo_ok,
+    drive_freeze,   ///< encoder stands still
+    drive_stall,    ///< axis runs against an obstacle
+    drive_silent,   ///< sends nothing, hears nothing
+    drive_fault,    ///< enters fault with an EMCY code
+    drive_recover,  ///< takes freeze, stall and silence back
+    link_cut,
+    link_restore,
+};
+
+/// One line. Exactly one of `at_ns` and `after_pulse` is set.
+struct FaultEvent {
+    std::size_t line = 0;                      ///< in the script; orders events of one moment
+    std::optional<std::int64_t> at_ns;         ///< control time
+    std::optional<std::uint64_t> after_pulse;  ///< right after this many pulses have been lit
+    FaultAction action = FaultAction::estop_open;
+    Axis axis = Axis::x;           ///< drive actions only
+    std::uint16_t error_code = 0;  ///< drive_fault only
+    std::string text;              ///< the line as written, for reports
+};
+
+/// A script: one event a line, `#` begins a comment.
+///
+///     at 3.5 estop open            # seconds of the cell's time
+///     pulse 1000 interlock open    # after the 1000th pulse
+///     at 4 drive x fault 0x2310
+///
+/// Subjects: estop open|close, interlock open|close, laser alarm|ok|not_ready, galvo fail|ok,
+/// drive x|y|z|c freeze|stall|silent|recover, drive … fault CODE, link cut|restore.
+/// Throws WorldError with file name and line for anything else. Events at a time come out in order of time.
+[[nodiscard]] std::vector<FaultEvent> parse_fault_script(std::string_view text, const std::string& file);
+[[nodiscard]] std::vector<FaultEvent> read_fault_script(const std::filesystem::path& file);
+
+}  // namespace sc::sim

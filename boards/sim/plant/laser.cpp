@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boards/sim/plant/laser.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sc::sim {
+namespace {
+
+/// Trigger of pulse j of a run, in 1/256 ns.
+std::int64_t trigger_ns256(const LaserRun& run, std::int64_t j) {
+    return run.t0_ns * 256 + j * run.period_ns256 + run.change_ns256 * (j * (j - 1) / 2);
+}
+
+std::int64_t period_ns256(const LaserRun& run, std::int64_t j) { return run.period_ns256 + j * run.change_ns256; }
+
+std::int64_t rounded(std::int64_t ns256) { return (ns256 + 128) >> 8; }
+
+}  // namespace
+
+LaserPlant::LaserPlant(const LaserConfig& config, double power_time_constant_s)
+    : config_(config), time_constant_(power_time_constant_s) {}
+
+void LaserPlant::set_master_oscillator(bool on, std::int64_t t_ns) noexcept {
+    if (!on) {
+        oscillator_on_ns_ = kNever;
+    } else if (oscillator_on_ns_ == kNever) {
+        oscillator_on_ns_ = t_ns;
+    }
+}
+
+void LaserPlant::queue(const LaserRun& run, bool allowed) {
+    if (allowed) {
+        runs_.push_back({run});
+    } else {
+        counters_.not_allowed += run.count;
+    }
+}
+
+void LaserPlant::cancel(std::int64_t from_ns) {
+    for (Queued& queued : runs_) {
+        queued.end_ns = std::min(queued.end_ns, from_ns);
+    }
+}
+
+void LaserPlant::shut_gate(std::int64_t from_ns) noexcept { gate_shut_ns_ = std::min(gate_shut_ns_, from_ns); }
+
+void LaserPlant::cut_light(std::int64_t from_ns) noexcept { light_cut_ns_ = std::min(light_cut_ns_, from_ns); }
+
+double LaserPlant::power_at(std::int64_t t_ns, std::uint8_t byte) {
+    const auto target = [this](std::uint8_t code) { return config_.power.si() * code / 255.0; };
+    if (time_constant_ <= 0.0) {
+        return target(byte);
+    }
+    // Until this trigger the byte of the one before was in force.
+    const double before = target(byte_);
+    const double elapsed = static_cast<double>(t_ns - power_ns_) * 1e-9;
+    power_ = before + (power_ - before) * std::exp(-elapsed / time_constant_);
+    power_ns_ = t_ns;
+    byte_ = byte;
+    return power_;
+}
+
+bool LaserPlant::stopped(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns) {
+    if (trigger_ns >= queued.end_ns || trigger_ns >= gate_shut_ns_) {
+        ++counters_.cancelled;
+        return true;
+    }
+    if (light_ns >= light_cut_ns_) {
+        ++counters_.cut;
+        return true;
+    }
+    return false;
+}
+
+LaserPulse LaserPlant::shoot(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns) {
+    const double period_ns = static_cast<double>(period_ns256(queued.run, queued.done)) / 256.0 / queued.run.pick;
+    const double rate = 1e9 / period_ns;
+    if (rate < config_.prr_min.si() * 0.999 || rate > config_.prr_nominal.si() * 1.001) {
+        ++counters_.out_of_rate;
+    }
+    LaserPulse pulse{light_ns};
+    const double energy_nj = power_at(trigger_ns, queued.run.power) * period_ns;
+    pulse.energy_nj = static_cast<std::uint32_t>(std::clamp(energy_nj + 0.5, 0.0, 4e9));
+    pulse.lit = oscillator_on_ns_ != kNever && trigger_ns - oscillator_on_ns_ >= config_.mo_wait_ns;
+    if (!pulse.lit) {
+        ++counters_.unlit;
+    }
+    return pulse;
+}
+
+std::optional<LaserPulse> LaserPlant::next(std::int64_t limit_ns) {
+    while (!runs_.empty()) {
+        Queued& first = runs_.front();
+        if (first.done >= first.run.count) {
+            runs_.pop_front();
+            continue;
+        }
+        const std::int64_t trigger = trigger_ns256(first.run, first.done);
+        const std::int64_t light_ns = rounded(trigger + config_.latency_ns * 256);
+        if (light_ns >= limit_ns) {
+            return std::nullopt;
+        }
+        if (trigger < last_trigger_ns256_) {
+            ++counters_.disordered;
+        }
+        last_trigger_ns256_ = trigger;
+        const bool stop = stopped(first, rounded(trigger), light_ns);
+        const LaserPulse pulse = stop ? LaserPulse{} : shoot(first, rounded(trigger), light_ns);
+        ++first.done;
+        if (!stop) {
+            return pulse;
+        }
+    }
+    return std::nullopt;
+}
+
+}  // namespace sc::sim

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <optional>
+
+#include "firmware/hal/io.hpp"
+#include "shared/machine/machine.hpp"
+
+namespace sc::sim {
+
+/// Light of one trigger.
+struct LaserPulse {
+    std::int64_t t_ns = 0;  ///< when the light leaves: trigger + latency
+    std::uint32_t energy_nj = 0;
+    bool lit = false;  ///< false: the master oscillator was off or had not waited; no light came
+};
+
+/// What did not become light, and what a real source would complain about. All monotonic.
+struct LaserCounters {
+    std::uint64_t unlit = 0;        ///< triggers before the master oscillator's wait was over
+    std::uint64_t not_allowed = 0;  ///< in runs of a tick that did not allow the gate
+    std::uint64_t cancelled = 0;    ///< dropped by cancel_laser or the guard
+    std::uint64_t cut = 0;          ///< stopped by the hard line
+    std::uint64_t out_of_rate = 0;  ///< source rate outside [prr_min, prr_nominal]
+    std::uint64_t disordered = 0;   ///< triggers earlier than the one before
+};
+
+/// Pulsed fibre laser with its gate. It takes runs of triggers with absolute times and gives pulses in order of time.
+/// Energy of a pulse = average power at its byte / source rate, source rate = pick / period. Four things can stop a
+/// trigger: the run was not allowed, it was cancelled, the gate is shut, or the hard line cuts the light itself.
+/// One thread; some 10 ns a pulse.
+class LaserPlant {
+public:
+    /// `power_time_constant_s`: first-order lag of the power behind its byte; 0 follows at once.
+    LaserPlant(const LaserConfig& config, double power_time_constant_s);
+
+    void set_master_oscillator(bool on, std::int64_t t_ns) noexcept;
+    /// Adds a run. `allowed`: the tick that made it opened the gate; if not, its pulses only count.
+    void queue(const LaserRun& run, bool allowed);
+    /// Drops every queued trigger from `from_ns` on. Runs queued later are not touched.
+    void cancel(std::int64_t from_ns);
+    /// Gate shut for triggers from `from_ns` on, until `open_gate`.
+    void shut_gate(std::int64_t from_ns) noexcept;
+    void open_gate() noexcept { gate_shut_ns_ = kNever; }
+    /// Hard line: no light from `from_ns` on, whatever firmware says, until `restore_light`.
+    void cut_light(std::int64_t from_ns) noexcept;
+    void restore_light() noexcept { light_cut_ns_ = kNever; }
+
+    /// Next pulse whose light leaves before `limit_ns`. Call until it gives none, with limits that grow.
+    [[nodiscard]] std::optional<LaserPulse> next(std::int64_t limit_ns);
+    [[nodiscard]] const LaserCounters& counters() const noexcept { return counters_; }
+
+private:
+    static constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+    struct Queued {
+        LaserRun run;
+        std::int64_t done = 0;         ///< pulses given
+        std::int64_t end_ns = kNever;  ///< triggers from here on are cancelled
+    };
+    [[nodiscard]] double power_at(std::int64_t t_ns, std::uint8_t byte);
+    [[nodiscard]] bool stopped(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns);
+    [[nodiscard]] LaserPulse shoot(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns);
+
+    LaserConfig config_;
+    double time_constant_;
+    std::deque<Queued> runs_;
+    std::int64_t gate_shut_ns_ = kNever;
+    std::int64_t light_cut_ns_ = kNever;
+    std::int64_t oscillator_on_ns_ = kNever;
+    std::int64_t last_trigger_ns256_ = std::numeric_limits<std::int64_t>::min();
+    double power_ = 0.0;  ///< W, at power_ns_; used with a time constant only
+    std::uint8_t byte_ = 0;
+    std::int64_t power_ns_ = 0;
+    LaserCounters counters_;
+};
+
+}  // namespace sc::sim

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "boards/sim/world/world_spec.hpp"
+
+#include <string_view>
+#include <utility>
+
+#include "shared/units/quantity.hpp"
+
+namespace sc::sim {
+namespace {
+
+constexpr double kDegree = kPi / 180.0;
+constexpr std::string_view kNone = "none";
+constexpr std::string_view kByAxes = "calibration: axes";
+constexpr std::string_view kByTable = "calibration: turntable axis";
+constexpr std::string_view kByGalvo = "calibration: galvo field";
+
+using Field = std::function<double&(WorldSpec&)>;
+
+/// The error's name is the key without its unit suffix.
+NumberKey error_key(std::string_view stem, std::string_view suffix, std::string_view unit, double si, double limit,
+                    std::string_view by, Field field) {
+    NumberKey key{std::string(stem) + std::string(suffix), std::move(field), si, -limit, limit};
+    key.name = stem;
+    key.unit = unit;
+    key.compensated_by = by;
+    return key;
+}
+
+void add_axes(std::vector<NumberKey>& keys) {
+    const auto squareness = [&](std::string_view stem, double AxesTruth::* member) {
+        keys.push_back(error_key(stem, "_mrad", "mrad", 1e-3, 20.0, kByAxes,
+                                 [member](WorldSpec& w) -> double& { return w.axes.*member; }));
+    };
+    squareness("axes.squareness_xy", &AxesTruth::squareness_xy);
+    squareness("axes.squareness_xz", &AxesTruth::squareness_xz);
+    squareness("axes.squareness_yz", &AxesTruth::squareness_yz);
+    constexpr std::string_view kLetters = "xyz";
+    for (std::size_t i = 0; i < 3; ++i) {
+        keys.push_back(error_key(std::string("axes.scale_") + kLetters[i], "_ppm", "ppm", 1e-6, 10'000.0, kByAxes,
+                                 [i](WorldSpec& w) -> double& { return w.axes.scale[i]; }));
+    }
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            const std::string stem = std::string("axes.periodic.") + kLetters[i] + "_of_" + kLetters[j];
+            const auto entry = [i, j](WorldSpec& w) -> Periodic& { return w.axes.periodic[i][j]; };
+            NumberKey amplitude = error_key(stem, ".amplitude_um", "um", 1e-6, 1000.0, kNone,
+                                            [entry](WorldSpec& w) -> double& { return entry(w).amplitude; });
+            keys.push_back(std::move(amplitude));
+            keys.push_back(
+                {stem + ".period_mm", [entry](WorldSpec& w) -> double& { return entry(w).period; }, 1e-3, 0.001, 1e6});
+            keys.push_back({stem + ".phase_deg", [entry](WorldSpec& w) -> double& { return entry(w).phase; }, kDegree,
+                            -360.0, 360.0});
+        }
+    }
+}
+
+template <class Part>
+Field member_of(Part WorldSpec::* part, double Part::* member) {
+    return [part, member](WorldSpec& w) -> double& { return w.*part.*member; };
+}
+
+Field turntable(double TurntableTruth::* member) { return member_of(&WorldSpec::turntable, member); }
+Field point(double Vec3::* member) {
+    return [member](WorldSpec& w) -> double& { return w.turntable.axis_point.*member; };
+}
+Field direction(double Vec3::* member) {
+    return [member](WorldSpec& w) -> double& { return w.turntable.direction.*member; };
+}
+
+void add_turntable(std::vector<NumberKey>& keys) {
+    using T = TurntableTruth;
+    keys.push_back(error_key("turntable.axis_x", "_mm", "mm", 1e-3, 10'000.0, kByTable, point(&Vec3::x)));
+    keys.push_back(error_key("turntable.axis_y", "_mm", "mm", 1e-3, 10'000.0, kByTable, point(&Vec3::y)));
+    keys.push_back(error_key("turntable.axis_z", "_mm", "mm", 1e-3, 10'000.0, kByTable, point(&Vec3::z)));
+    keys.push_back(error_key("turntable.direction_x", "", "1", 1.0, 1.0, kByTable, direction(&Vec3::x)));
+    keys.push_back(error_key("turntable.direction_y", "", "1", 1.0, 1.0, kByTable, direction(&Vec3::y)));
+    keys.push_back({"turntable.direction_z", direction(&Vec3::z), 1.0, 0.5, 1.0});
+    keys.push_back(error_key("turntable.runout", "_um", "um", 1e-6, 1000.0, kNone, turntable(&T::runout)));
+    keys.push_back({"turntable.runout_phase_deg", turntable(&T::runout_phase), kDegree, -360.0, 360.0});
+    keys.push_back(error_key("turntable.wobble", "_urad", "urad", 1e-6, 10'000.0, kNone, turntable(&T::wobble)));
+    keys.push_back({"turntable.wobble_phase_deg", turntable(&T::wobble_phase), kDegree, -360.0, 360.0});
+    keys.push_back({"turntable.wobble_pivot_z_mm", turntable(&T::wobble_pivot_z), 1e-3, -10'000.0, 10'000.0});
+    keys.push_back(
+        error_key("turntable.pitch_error", "_mdeg", "mdeg", 1e-3, 1000.0, kNone, turntable(&T::pitch_error)));
+    keys.push_back({"turntable.pitch_error_phase_deg", turntable(&T::pitch_error_phase), kDegree, -360.0, 360.0});
+}
+
+Field galvo(double GalvoTruth::* member) { return member_of(&WorldSpec::galvo, member); }
+
+void add_galvo(std::vector<NumberKey>& keys) {
+    using G = GalvoTruth;
+    const auto gain = [&](std::string_view stem, double G::* member) {
+        NumberKey key = error_key(stem, "", "1", 1.0, 1.0, kByGalvo, galvo(member));
+        key.min = 0.5;
+        key.max = 1.5;
+        keys.push_back(std::move(key));
+    };
+    keys.push_back(error_key("galvo.offset_x", "_um", "um", 1e-6, 50'000.0, kByGalvo, galvo(&G::offset_x)));
+    keys.push_back(error_key("galvo.offset_z", "_um", "um", 1e-6, 50'000.0, kByGalvo, galvo(&G::offset_z)));
+    gain("galvo.gain_x", &G::gain_x);
+    gain("galvo.gain_z", &G::gain_z);
+    keys.push_back(error_key("galvo.rotation", "_mrad", "mrad", 1e-3, 500.0, kByGalvo, galvo(&G::rotation)));
+    keys.push_back(error_key("galvo.skew", "_mrad", "mrad", 1e-3, 500.0, kByGalvo, galvo(&G::skew)));
+    keys.push_back({"galvo.focal_length_mm", galvo(&G::focal_length), 1e-3, 10.0, 2000.0});
+    keys.push_back(error_key("galvo.beam_tilt_x", "_mrad", "mrad", 1e-3, 100.0, kNone, galvo(&G::beam_tilt_x)));
+    keys.push_back(error_key("galvo.beam_tilt_z", "_mrad", "mrad", 1e-3, 100.0, kNone, galvo(&G::beam_tilt_z)));
+    keys.push_back({"galvo.tracking_us", galvo(&G::tracking), 1e-6, 1.0, 2000.0});
+    keys.push_back({"galvo.natural_frequency_khz", galvo(&G::natural_frequency), 1e3, 0.1, 20.0});
+    keys.push_back({"galvo.damping", galvo(&G::damping), 1.0, 0.3, 0.99});
+}
+
+std::vector<NumberKey> make_number_keys() {
+    std::vector<NumberKey> keys;
+    add_axes(keys);
+    add_turntable(keys);
+    add_galvo(keys);
+    keys.push_back({"laser.power_time_constant_us", member_of(&WorldSpec::laser, &LaserTruth::power_time_constant),
+                    1e-6, 0.0, 1e6});
+    return keys;
+}
+
+}  // namespace
+
+const std::vector<NumberKey>& number_keys() {
+    static const std::vector<NumberKey> keys = make_number_keys();
+    return keys;
+}
+
+const std::vector<FlagKey>& flag_keys() {
+    static const std::vector<FlagKey> keys{{"inputs.estop_closed", &DigitalInputs::estop_closed},
+                                           {"inputs.interlock_closed", &DigitalInputs::interlock_closed},
+                                           {"inputs.laser_ready", &DigitalInputs::laser_ready},
+                                           {"inputs.laser_no_alarm", &DigitalInputs::laser_no_alarm}};
+    return keys;
+}
+
+}  // namespace sc::sim

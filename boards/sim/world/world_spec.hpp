@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "firmware/hal/io.hpp"
+#include "shared/geometry/vec.hpp"
+
+namespace sc::sim {
+
+/// A shift that repeats along an axis: amplitude · sin(2π · reading / period + phase).
+struct Periodic {
+    double amplitude = 0.0;  ///< metres
+    double period = 1.0;     ///< metres
+    double phase = 0.0;      ///< radians
+};
+
+/// True error of the linear axes; the formula is in machine_errors.hpp.
+struct AxesTruth {
+    double squareness_xy = 0.0;  ///< rad
+    double squareness_xz = 0.0;
+    double squareness_yz = 0.0;
+    std::array<double, 3> scale{};                      ///< relative, x y z
+    std::array<std::array<Periodic, 3>, 3> periodic{};  ///< [shift of][along the reading of]
+};
+
+struct TurntableTruth {
+    Vec3 axis_point;                 ///< metres, h
+    Vec3 direction{0.0, 0.0, 1.0};   ///< as written; the world normalises it
+    double runout = 0.0;             ///< metres, radial, once a turn
+    double runout_phase = 0.0;       ///< rad
+    double wobble = 0.0;             ///< rad, once a turn
+    double wobble_phase = 0.0;       ///< rad
+    double wobble_pivot_z = 0.0;     ///< metres: height on the axis that the wobble leaves in place
+    double pitch_error = 0.0;        ///< degrees: true angle minus encoder, once a turn
+    double pitch_error_phase = 0.0;  ///< rad
+};
+
+struct GalvoTruth {
+    double offset_x = 0.0;  ///< metres
+    double offset_z = 0.0;
+    double gain_x = 1.0;
+    double gain_z = 1.0;
+    double rotation = 0.0;           ///< rad, from +x towards +z
+    double skew = 0.0;               ///< rad, of the z mirror's direction beyond the rotation
+    double focal_length = 0.160;     ///< metres
+    double beam_tilt_x = 0.0;        ///< rad, of the undeflected beam
+    double beam_tilt_z = 0.0;        ///< rad
+    double tracking = 160e-6;        ///< seconds behind the command at constant speed
+    double natural_frequency = 2e3;  ///< Hz
+    double damping = 0.75;
+};
+
+struct LaserTruth {
+    double power_time_constant = 0.0;  ///< seconds, 0 = the power follows its byte at once
+};
+
+struct MeshFile {
+    std::string name;
+    std::filesystem::path path;
+    double unit = 1e-3;  ///< metres
+};
+
+/// All that a world file says, in SI units (angles of C in degrees).
+struct WorldSpec {
+    std::string title;
+    AxesTruth axes;
+    TurntableTruth turntable;
+    GalvoTruth galvo;
+    LaserTruth laser;
+    DigitalInputs inputs;
+    std::vector<MeshFile> meshes;
+};
+
+/// One number of a world file: where it stands, its unit and limits, and whether it is an error of the machine. From
+/// this one list come the reader, the refusal of unknown keys, and the report's list of errors.
+struct NumberKey {
+    std::string path;  ///< dotted, unit suffix included
+    std::function<double&(WorldSpec&)> field;
+    double si = 1.0;   ///< SI value of one unit of the file
+    double min = 0.0;  ///< in the file's unit
+    double max = 0.0;
+    std::string name{};            ///< of the error, empty when it is none
+    std::string unit{};            ///< as printed
+    std::string compensated_by{};  ///< what takes it out, "none" when nothing does
+};
+[[nodiscard]] const std::vector<NumberKey>& number_keys();
+
+/// One bit of a world file.
+struct FlagKey {
+    std::string path;
+    bool DigitalInputs::* field;
+};
+[[nodiscard]] const std::vector<FlagKey>& flag_keys();
+
+/// Reads a world file and, first, the `base` it names. Mesh paths come out resolved against the file that names them.
+/// Throws WorldError: missing file, broken TOML, unknown or missing key, wrong type, value out of its limits, bases
+/// nested deeper than eight.
+[[nodiscard]] WorldSpec read_world_spec(const std::filesystem::path& file);
+
+}  // namespace sc::sim

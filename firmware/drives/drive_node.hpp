@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "firmware/drives/drive_configuration.hpp"
+#include "firmware/drives/homing_sequence.hpp"
+#include "firmware/drives/sdo_client.hpp"
+
+namespace sc::drives {
+
+/// What one drive is asked for in this tick.
+struct NodeRequest {
+    bool power = false;
+    bool home = false;
+    bool reset = false;
+    bool quick_stop = false;
+    bool may_follow = false;  ///< all drives are enabled: the target may be used
+    std::int64_t target = 0;  ///< pm / ndeg
+};
+
+/// One drive as the master keeps it: boot, set-up, state machine, homing, liveness. Time is counted in control ticks.
+class DriveNode {
+public:
+    DriveNode() noexcept = default;
+    DriveNode(const MachineConfig& machine, std::size_t axis) noexcept;
+
+    [[nodiscard]] std::uint8_t node() const noexcept { return node_; }
+
+    /// A frame of this node.
+    void receive(const DriveFrame& frame, std::int64_t tick) noexcept;
+    /// Once a tick after the frames; `cycle`: an RPDO follows in this tick.
+    void update(const NodeRequest& request, std::int64_t tick, bool cycle) noexcept;
+
+    [[nodiscard]] std::optional<DriveFrame> nmt_frame() noexcept;
+    [[nodiscard]] std::optional<DriveFrame> sdo_frame(std::int64_t tick) noexcept;
+    /// Empty until the node is operational. Call in a `cycle` tick after `update`.
+    [[nodiscard]] std::optional<DriveFrame> rpdo_frame() const noexcept;
+
+    /// A status has arrived since the last call.
+    [[nodiscard]] bool take_fresh() noexcept;
+
+    [[nodiscard]] bool present() const noexcept { return phase_ == Phase::operational; }
+    [[nodiscard]] axis402::PowerState power_state() const noexcept { return power_; }
+    [[nodiscard]] bool enabled() const noexcept;
+    [[nodiscard]] bool follows() const noexcept { return following_; }
+    [[nodiscard]] bool fault() const noexcept;
+    [[nodiscard]] const HomingSequence& homing() const noexcept { return homing_; }
+    [[nodiscard]] std::uint16_t statusword() const noexcept { return statusword_; }
+    [[nodiscard]] std::uint16_t error_code() const noexcept { return error_code_; }
+    /// pm / ndeg
+    [[nodiscard]] std::int64_t actual() const noexcept;
+
+private:
+    /// resetting: reset is sent, the boot-up message is awaited. setup: SDOs. starting: NMT start is sent, the first
+    /// status is awaited. pausing: something failed, reset again after a while.
+    enum class Phase : std::uint8_t { resetting, setup, starting, operational, pausing };
+
+    void enter(Phase phase, std::int64_t tick) noexcept;
+    void boot_up(std::int64_t tick) noexcept;
+    void run_setup(std::int64_t tick) noexcept;
+    void begin_step() noexcept;
+    [[nodiscard]] bool step_done(bool& failed) noexcept;
+    void watch_liveness(std::int64_t tick) noexcept;
+    void operate(const NodeRequest& request, bool cycle) noexcept;
+    [[nodiscard]] std::uint16_t command(const NodeRequest& request) noexcept;
+    [[nodiscard]] std::uint16_t fault_command() noexcept;
+    void choose_target(const NodeRequest& request, bool follow) noexcept;
+
+    DriveSetup setup_{};
+    SdoClient sdo_{};
+    HomingSequence homing_{};
+    double units_per_count_ = 1.0;
+    std::int64_t heartbeat_ticks_ = 100;
+    std::int64_t status_ticks_ = 10;
+    std::int64_t phase_tick_ = 0;
+    std::int64_t heard_tick_ = 0;
+    std::int64_t status_tick_ = 0;
+    std::int32_t actual_counts_ = 0;
+    std::int32_t target_counts_ = 0;
+    std::size_t step_ = 0;
+    std::uint16_t statusword_ = 0;
+    std::uint16_t error_code_ = 0;
+    std::uint16_t controlword_ = 0;
+    std::uint8_t node_ = 0;
+    std::uint8_t reset_cycles_ = 0;
+    Phase phase_ = Phase::resetting;
+    axis402::PowerState power_ = axis402::PowerState::unknown;
+    bool nmt_due_ = true;
+    bool step_begun_ = false;
+    bool reading_back_ = false;
+    bool fresh_ = false;
+    bool new_status_ = false;
+    bool following_ = false;
+};
+
+}  // namespace sc::drives

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/safety/frame_guard.hpp"
+
+namespace sc::safety {
+namespace {
+
+constexpr unsigned bit_if(bool condition, GuardCause cause) noexcept {
+    return condition ? static_cast<unsigned>(cause) : 0U;
+}
+
+}  // namespace
+
+GuardVeto frame_guard(const GuardInputs& inputs) noexcept {
+    const DigitalInputs& digital = inputs.digital;
+    const unsigned causes = bit_if(!digital.estop_closed, GuardCause::estop) |
+                            bit_if(!digital.interlock_closed, GuardCause::interlock) |
+                            bit_if(!digital.laser_ready || !digital.laser_no_alarm, GuardCause::laser_alarm) |
+                            bit_if(inputs.galvo_status != kGalvoStatusOk, GuardCause::galvo);
+    return {.close_gate = !inputs.gate_allowed || causes != 0, .causes = static_cast<std::uint8_t>(causes)};
+}
+
+}  // namespace sc::safety

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "host/bridge/errors.hpp"
+#include "host/bridge/transport.hpp"
+#include "host/bridge/wire.hpp"
+#include "shared/codes/state.hpp"
+#include "shared/machine/machine.hpp"
+
+namespace sc::host {
+
+struct ClientOptions {
+    std::uint32_t session = 1;  ///< a reconnect with the same number may go on with its job
+    Nanoseconds heartbeat_timeout{100'000'000};
+    Nanoseconds reply_wait{200'000'000};     ///< before a request is sent again
+    int attempts = 10;                       ///< of one request
+    Nanoseconds silence{10'000'000'000};     ///< without a message from the cell: the link counts as lost
+};
+
+/// One session with a controller: handshake, heartbeats, requests that are repeated until answered, and the cell's last
+/// word on everything. All time passes in `pump` (every other call that waits pumps): a program that stays away longer
+/// than the heartbeat timeout has gone silent, which the cell answers with a hold. One thread.
+class CellClient {
+public:
+    /// `transport` must outlive the client.
+    CellClient(Transport& transport, const ClientOptions& options);
+
+    /// Opens the session, or opens it again. Throws CellRefused when host and controller differ in schema or version,
+    /// LinkError when nobody answers.
+    void connect();
+    /// The machine as the controller has it. Throws LinkError when it cannot be had whole with the right checksum.
+    [[nodiscard]] MachineConfig read_config();
+    /// The following throw CellRefused with the controller's reason, LinkError without an answer.
+    void set_compensation(const Compensation& compensation);
+    void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
+    void open_job(std::uint64_t job, std::uint32_t items);
+    /// Sends without waiting for an answer (`ack` will show it).
+    void send_block(const link::Block& block);
+
+    /// Lets time pass: receives, answers, sends heartbeats. Returns true as soon as messages have been taken in, false
+    /// at `until`. Throws LinkError when the carrier has closed or the cell has been silent for too long, Interrupted
+    /// when the stop check says so.
+    bool pump(HostTime until);
+    /// Pumps until `done()` or for `limit`; returns what `done()` says then.
+    bool pump_until(const std::function<bool()>& done, Nanoseconds limit);
+    /// Pumps until a fresh status shows the cell in one of `wanted`. Throws CellFault as soon as it is in `fault` (unless wanted),
+    /// CellError with `doing` after `limit`.
+    void wait_for(std::initializer_list<State> wanted, Nanoseconds limit, const std::string& doing);
+    /// Throws CellFault if the cell's last status shows `fault`.
+    void check_fault() const;
+
+    [[nodiscard]] HostTime now() const { return transport_->now(); }
+    /// nullopt until the first one has come since `connect`.
+    [[nodiscard]] const std::optional<link::Status>& status() const noexcept { return status_; }
+    /// The status has come after the answer to the last request, so it shows what that has done.
+    [[nodiscard]] bool status_is_fresh() const noexcept { return status_fresh_; }
+    /// `boot` before the first status.
+    [[nodiscard]] State state() const noexcept;
+    [[nodiscard]] const std::optional<link::StreamAck>& ack() const noexcept { return ack_; }
+    [[nodiscard]] const std::optional<link::JobRefused>& job_refused() const noexcept { return job_refused_; }
+    [[nodiscard]] const link::HelloReply& hello() const noexcept { return hello_; }
+    [[nodiscard]] WireCounters counters() const noexcept { return wire_.counters(); }
+    [[nodiscard]] std::uint64_t repeats() const noexcept { return repeats_; }  ///< requests sent more than once
+
+    /// Called at each change of state, after `status` has been brought up to date.
+    void on_state(std::function<void(State from, State to)> listener) { on_state_ = std::move(listener); }
+    /// Asked while waiting; true ends the wait with Interrupted. An empty function is never asked.
+    void set_stop_check(std::function<bool()> check) { stop_check_ = std::move(check); }
+
+private:
+    struct Reply {
+        std::uint32_t sequence;
+        std::uint16_t refusal;
+        std::int64_t detail;
+    };
+    using Sender = std::function<void(std::uint32_t sequence)>;
+    void take(const CellMessage& message);
+    void take(const link::HelloReply& message);
+    void take(const link::CommandReply& message);
+    void take(const link::StreamAck& message);
+    void take(const link::JobRefused& message);
+    void take(const link::Status& message);
+    void take(const link::ConfigChunk& message);
+    void shake_hands();
+    void check_handshake() const;
+    void keep_alive();
+    bool repeat_until(const std::function<void()>& send, const std::function<bool()>& answered);
+    void request(const Sender& send, const std::string& doing);
+    [[nodiscard]] Reply await_reply(const Sender& send, const std::string& doing);
+
+    Transport* transport_;
+    Wire wire_;
+    ClientOptions options_;
+    bool connected_ = false;
+    HostTime next_heartbeat_{};
+    HostTime last_heard_{};
+    std::uint32_t sequence_ = 0;
+    std::uint64_t repeats_ = 0;
+    link::HelloReply hello_;
+    bool hello_fresh_ = false;
+    bool status_fresh_ = false;
+    std::optional<Reply> reply_;
+    std::optional<link::ConfigChunk> chunk_;
+    std::optional<link::Status> status_;
+    std::optional<link::StreamAck> ack_;
+    std::optional<link::JobRefused> job_refused_;
+    std::function<void(State, State)> on_state_;
+    std::function<bool()> stop_check_;
+};
+
+/// "jog", "reset_fault" ...
+[[nodiscard]] std::string name_of(link::Verb verb);
+
+}  // namespace sc::host

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/link_url.hpp"
+
+#include <charconv>
+#include <limits>
+#include <string_view>
+
+#include "host/formats/error.hpp"
+
+namespace sc::host {
+namespace {
+
+constexpr std::string_view kForms = "use sim:, serial:/dev/ttyUSB0?baud=921600 or tcp:127.0.0.1:7000";
+
+[[noreturn]] void refuse(const std::string& problem, std::string_view value) {
+    throw InputError({.file = {}, .problem = problem, .value = std::string(value), .action = std::string(kForms)});
+}
+
+/// A positive whole number up to `limit`, all of the text.
+unsigned number(std::string_view text, unsigned limit, const std::string& problem) {
+    unsigned value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size() || value == 0 || value > limit) {
+        refuse(problem, text);
+    }
+    return value;
+}
+
+SerialUrl serial_url(std::string_view rest) {
+    constexpr std::string_view kBaud = "baud=";
+    const std::size_t mark = rest.find('?');
+    SerialUrl url{std::string(rest.substr(0, mark)), 0};
+    if (url.device.empty()) {
+        refuse("link names no serial device", rest);
+    }
+    if (mark != std::string_view::npos) {
+        const std::string_view query = rest.substr(mark + 1);
+        if (!query.starts_with(kBaud)) {
+            refuse("unknown option of a serial link", query);
+        }
+        url.baud = number(query.substr(kBaud.size()), std::numeric_limits<unsigned>::max(), "no speed of a serial line");
+    }
+    return url;
+}
+
+TcpUrl tcp_url(std::string_view rest) {
+    const std::size_t colon = rest.rfind(':');
+    if (colon == std::string_view::npos || colon == 0) {
+        refuse("link names no TCP host and port", rest);
+    }
+    const unsigned port = number(rest.substr(colon + 1), 65535, "no TCP port");
+    return {std::string(rest.substr(0, colon)), static_cast<std::uint16_t>(port)};
+}
+
+}  // namespace
+
+LinkUrl parse_link_url(const std::string& url) {
+    const std::string_view text = url;
+    const std::size_t colon = text.find(':');
+    const std::string_view scheme = text.substr(0, colon);
+    const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
+    if (scheme.starts_with("can")) {
+        throw InputError({.file = {}, .problem = "SocketCAN link is not built yet", .value = url, .action = std::string(kForms)});
+    }
+    if (scheme == "sim" && rest.empty()) {
+        return SimulatedUrl{};
+    }
+    if (scheme == "serial" && colon != std::string_view::npos) {
+        return serial_url(rest);
+    }
+    if (scheme == "tcp" && colon != std::string_view::npos) {
+        return tcp_url(rest);
+    }
+    refuse("unknown link", url);
+}
+
+}  // namespace sc::host

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+namespace sc::host {
+
+struct SimulatedUrl {};
+struct SerialUrl {
+    std::string device;
+    unsigned baud = 0;  ///< 0: as the device stands
+};
+struct TcpUrl {
+    std::string host;
+    std::uint16_t port = 0;
+};
+using LinkUrl = std::variant<SimulatedUrl, SerialUrl, TcpUrl>;
+
+/// Takes a link's URL apart (open_transport.hpp lists them). Opens nothing. Throws InputError for an unknown scheme, a
+/// missing device, a port or a speed that is none, and for `can…`, which is not built yet.
+[[nodiscard]] LinkUrl parse_link_url(const std::string& url);
+
+}  // namespace sc::host

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/open_transport.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "host/bridge/child_process.hpp"
+#include "host/bridge/errors.hpp"
+#include "host/bridge/fd_transport.hpp"
+#include "host/bridge/link_url.hpp"
+#include "host/bridge/sim_transport.hpp"
+#include "host/formats/error.hpp"
+
+namespace sc::host {
+namespace {
+
+constexpr const char* kCellProgram = "scribecell-cell";
+constexpr int kExitBadInput = 2;
+
+/// A simulated cell and the carrier to it, which ends it.
+class SimTransport final : public Transport {
+public:
+    SimTransport(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                 const LockStepTransport::Options& options)
+        : cell_(program, arguments), link_(cell_.socket(), options) {}
+
+    void send(std::span<const std::uint8_t> bytes) override { link_.send(bytes); }
+    std::size_t receive(std::span<std::uint8_t> out, HostTime until) override {
+        const std::size_t n = link_.receive(out, until);
+        if (n == 0 && link_.closed()) {
+            report_end();
+        }
+        return n;
+    }
+    [[nodiscard]] HostTime now() const override { return link_.now(); }
+    [[nodiscard]] bool closed() const override { return link_.closed(); }
+
+private:
+    /// The cell does not end before its socket closes, unless it refuses its files or breaks.
+    void report_end() {
+        const int code = cell_.finish();
+        if (code == kExitBadInput) {
+            throw InputError({.file = {}, .problem = "the simulated cell refused its input (its message stands above)",
+                              .value = {},
+                              .action = "correct the world or the script"});
+        }
+        throw LinkError("the simulated cell ended by itself with code " + std::to_string(code) +
+                        ": report this, with its messages above");
+    }
+
+    ChildProcess cell_;
+    LockStepTransport link_;
+};
+
+std::vector<std::string> cell_arguments(const LinkOptions& options) {
+    std::vector<std::string> words{"--lockstep-fd", std::to_string(ChildProcess::kChildSocket)};
+    const auto add = [&words](const char* name, const std::string& value) {
+        words.emplace_back(name);
+        words.push_back(value);
+    };
+    if (options.world) {
+        add("--world", options.world->string());
+    }
+    if (options.out) {
+        add("--out", options.out->string());
+    }
+    if (options.script) {
+        add("--script", options.script->string());
+    }
+    if (options.baud) {
+        add("--baud", std::to_string(*options.baud));
+    }
+    return words;
+}
+
+std::unique_ptr<Transport> start_simulated(const LinkOptions& options) {
+    const auto program = find_program(kCellProgram);
+    if (!program) {
+        throw LinkError("the program scribecell-cell is not there: build it (./run does), or set SCRIBECELL_ROOT");
+    }
+    const LockStepTransport::Options lock_step{.jitter = options.jitter, .seed = options.seed};
+    return std::make_unique<SimTransport>(*program, cell_arguments(options), lock_step);
+}
+
+}  // namespace
+
+std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOptions& options) {
+    const LinkUrl parsed = parse_link_url(url);
+    if (const auto* serial = std::get_if<SerialUrl>(&parsed)) {
+        return open_serial(serial->device, serial->baud);
+    }
+    if (const auto* tcp = std::get_if<TcpUrl>(&parsed)) {
+        return open_tcp(tcp->host, tcp->port);
+    }
+    return start_simulated(options);
+}
+
+bool is_simulated(const std::string& url) { return std::holds_alternative<SimulatedUrl>(parse_link_url(url)); }
+
+}  // namespace sc::host

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "host/bridge/transport.hpp"
+
+namespace sc::host {
+
+/// What a link needs besides its URL. Only the simulated cell uses it.
+struct LinkOptions {
+    std::optional<std::filesystem::path> world;   ///< world file; the cell's default without one
+    std::optional<std::filesystem::path> out;     ///< folder for the cell's traces
+    std::optional<std::filesystem::path> script;  ///< faults to provoke, by virtual time
+    Nanoseconds jitter{0};                        ///< arrival jitter of what the host sends
+    std::uint64_t seed = 1;                       ///< of the jitter
+    std::optional<unsigned> baud;                 ///< rate of the simulated carrier
+};
+
+/// Opens the cell named by `url`:
+///
+///     sim:                          the simulated cell, started by this call, in lock-step virtual time
+///     serial:/dev/ttyUSB0?baud=N    a serial line or pseudo-terminal (8N1; without baud the speed stays as it is)
+///     tcp:127.0.0.1:7000            a cell on a TCP port
+///
+/// Throws InputError for a URL that is none or names a carrier that is not built, LinkError when the cell cannot be
+/// reached. For `sim:` the returned carrier ends the cell when destroyed, and waits until its traces are written.
+[[nodiscard]] std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOptions& options);
+
+/// True when the URL starts a simulated cell of its own.
+[[nodiscard]] bool is_simulated(const std::string& url);
+
+}  // namespace sc::host

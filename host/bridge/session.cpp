@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/session.hpp"
+
+#include <chrono>
+#include <utility>
+#include <vector>
+
+namespace sc::host {
+namespace {
+
+using std::chrono::seconds;
+
+constexpr Nanoseconds kEnableLimit = seconds(5);
+constexpr Nanoseconds kHomeLimit = seconds(120);
+constexpr Nanoseconds kArmLimit = seconds(10);
+constexpr Nanoseconds kRestLimit = seconds(10);
+constexpr int kClearTries = 50;
+constexpr Nanoseconds kLook = std::chrono::milliseconds(200);
+constexpr Nanoseconds kFirstStatusLimit = seconds(1);
+
+bool homed(const CellClient& client) {
+    return client.status_is_fresh() && (client.status()->flags & link::kFlagHomed) != 0;
+}
+
+double seconds_of(Nanoseconds time) { return static_cast<double>(time.count()) * 1e-9; }
+
+/// What brings the cell nearer to rest from a state; empty where there is nothing to do but wait.
+std::vector<link::Verb> towards_rest(State state) {
+    switch (state) {
+        case State::running:
+        case State::marking:
+        case State::stopping: return {link::Verb::hold, link::Verb::abort};
+        case State::held:
+        case State::held_link: return {link::Verb::abort};
+        case State::homing:
+        case State::jogging: return {link::Verb::stop};
+        case State::arming:
+        case State::armed: return {link::Verb::disarm};
+        case State::idle: return {link::Verb::disable};
+        case State::boot:
+        case State::disabled:
+        case State::enabling:
+        case State::disabling:
+        case State::fault: return {};
+    }
+    return {};
+}
+
+/// Neither at rest without power nor ready to be set up.
+bool left_behind(State state) { return state != State::idle && !towards_rest(state).empty(); }
+
+bool safe(State state) { return state == State::boot || state == State::disabled || state == State::fault; }
+
+}  // namespace
+
+Session::Session(CellClient& client, SessionOptions options) : client_(&client), options_(std::move(options)) {}
+
+void Session::step(const std::string& what) const {
+    if (options_.on_step) {
+        options_.on_step(what);
+    }
+}
+
+void Session::clear() {
+    client_->pump_until([this] { return client_->status().has_value(); }, kFirstStatusLimit);
+    if (client_->state() == State::fault && options_.reset_fault) {
+        step("resetting the fault");
+        client_->command(link::Verb::reset_fault);
+        client_->wait_for({State::disabled}, kRestLimit, "resetting the fault");
+    }
+    client_->check_fault();
+    if (left_behind(client_->state())) {
+        step("dropping the job that an earlier host has left");
+    }
+    for (int i = 0; i < kClearTries && left_behind(client_->state()); ++i) {
+        ease_towards_rest();
+    }
+}
+
+void Session::enable_and_home() {
+    clear();
+    step("powering the axes");
+    if (client_->state() == State::boot) {
+        client_->wait_for({State::disabled, State::idle}, kEnableLimit, "finding the drives");
+    }
+    if (client_->state() != State::idle) {
+        client_->command(link::Verb::enable);
+        client_->wait_for({State::idle}, kEnableLimit, "powering the axes");
+    }
+    if (homed(*client_)) {
+        return;
+    }
+    step("homing");
+    client_->command(link::Verb::home);
+    const auto over = [this] {
+        return client_->status_is_fresh() &&
+               (client_->state() == State::fault || (client_->state() == State::idle && homed(*client_)));
+    };
+    const bool ended = client_->pump_until(over, kHomeLimit);
+    client_->check_fault();
+    if (!ended) {
+        throw CellError("homing has not ended in time; the cell is in state " +
+                        std::string(sc::name_of(client_->state())));
+    }
+}
+
+void Session::arm() {
+    step("arming the laser");
+    client_->command(link::Verb::arm);
+    client_->wait_for({State::armed}, kArmLimit, "arming");
+}
+
+void Session::disarm_and_disable() {
+    step("switching off");
+    client_->command(link::Verb::disarm);
+    client_->wait_for({State::idle}, kRestLimit, "disarming");
+    client_->command(link::Verb::disable);
+    client_->wait_for({State::disabled}, kRestLimit, "unpowering the axes");
+}
+
+void Session::mark(const StreamJob& job, Streamer& streamer) {
+    enable_and_home();
+    arm();
+    client_->open_job(job.hash, static_cast<std::uint32_t>(job.items.size()));
+    client_->command(link::Verb::start);
+    step("scribing");
+    streamer.run();
+    disarm_and_disable();
+}
+
+RunResult Session::run(const StreamJob& job, Journal* journal) {
+    const HostTime begun = client_->now();
+    Streamer streamer(*client_, job, options_.stream, journal);
+    streamer.on_progress(options_.on_progress);
+    const auto close = [&](JobOutcome outcome) {
+        streamer.record();
+        if (journal != nullptr) {
+            journal->close(outcome);
+        }
+    };
+    const auto close_early = [&](JobOutcome outcome) {
+        make_safe();
+        try {
+            streamer.hear_out();
+        } catch (const std::exception&) {
+            // The link has gone; what is known must do.
+        }
+        close(outcome);
+    };
+    try {
+        mark(job, streamer);
+    } catch (const Interrupted&) {
+        close_early(JobOutcome::aborted);
+        throw;
+    } catch (const std::exception&) {
+        close_early(JobOutcome::failed);
+        throw;
+    }
+    close(JobOutcome::done);
+    RunResult result;
+    result.cell_seconds = seconds_of(client_->now() - begun);
+    result.progress = streamer.progress();
+    result.pulses = client_->status()->pulses_total;
+    result.starvations = client_->status()->starvations;
+    result.items_repeated = client_->status()->items_repeated;
+    result.requests_repeated = client_->repeats();
+    result.wire = client_->counters();
+    return result;
+}
+
+void Session::ease_towards_rest() {
+    const State before = client_->state();
+    for (const link::Verb verb : towards_rest(before)) {
+        try {
+            client_->command(verb);
+        } catch (const CellRefused&) {
+            // The cell was on its way already.
+        }
+    }
+    client_->pump_until([&] { return client_->status_is_fresh() && client_->state() != before; }, kLook);
+}
+
+bool Session::make_safe() noexcept {
+    try {
+        client_->set_stop_check({});
+        step("bringing the cell to rest");
+        const HostTime end = client_->now() + kRestLimit;
+        while (!(client_->status_is_fresh() && safe(client_->state())) && client_->now() < end) {
+            ease_towards_rest();
+        }
+        return safe(client_->state());
+    } catch (const std::exception&) {
+        // The link no longer reaches the cell, which stops by itself when the host falls silent.
+        return false;
+    }
+}
+
+}  // namespace sc::host

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/streamer.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "shared/link/blocks.hpp"
+
+namespace sc::host {
+namespace {
+
+/// Longest wait for a message before the clockwork is looked at again.
+constexpr Nanoseconds kLook{20'000'000};
+constexpr Nanoseconds kHearOut{60'000'000};
+constexpr Nanoseconds kReportPeriod{200'000'000};
+constexpr Nanoseconds kResumePeriod{200'000'000};
+/// A block is sent when a quarter of the window is free: each stretch costs one synced record in the journal.
+constexpr std::uint32_t kWindowParts = 4;
+/// Sent before the window is known.
+constexpr std::uint32_t kFirstItems = 16;
+
+std::int64_t real_now_ns() {
+    return std::chrono::duration_cast<Nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+Streamer::Streamer(CellClient& client, const StreamJob& job, const StreamOptions& options, Journal* journal)
+    : client_(&client),
+      job_(job),
+      options_(options),
+      journal_(journal),
+      estimate_(job.items, job.expected_seconds),
+      free_(kFirstItems),
+      begun_(client.now()),
+      moved_(client.now()),
+      reported_(client.now()) {}
+
+void Streamer::run() {
+    while (!done()) {
+        take_ack();
+        check_refused();
+        client_->check_fault();
+        check_running();
+        resend_when_silent();
+        send_window();
+        resume_when_held();
+        record_sometimes();
+        report(false);
+        client_->pump(client_->now() + kLook);
+    }
+    // The job is done, whether or not the last word on its items arrives.
+    progress_.planned = progress_.fired = static_cast<std::uint32_t>(job_.items.size());
+    record();
+    report(true);
+}
+
+void Streamer::hear_out() {
+    client_->pump_until([] { return false; }, kHearOut);
+    take_ack();
+}
+
+bool Streamer::done() const {
+    return client_->status_is_fresh() && (client_->status()->flags & link::kFlagJobDone) != 0;
+}
+
+void Streamer::take_ack() {
+    const auto& ack = client_->ack();
+    if (!ack || ack->job_low != static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU) || ack->received < received_) {
+        return;
+    }
+    if (ack->received > received_) {
+        moved_ = client_->now();
+    }
+    received_ = ack->received;
+    free_ = ack->free_items;
+    widest_ = std::max(widest_, free_);
+    sent_ = std::max(sent_, received_);
+    progress_.planned = ack->planned;
+    progress_.fired = ack->fired;
+    progress_.path = ack->path;
+    progress_.pass = ack->pass;
+    progress_.pulses = ack->pulses;
+    progress_.cell_state = client_->state();
+}
+
+std::uint32_t Streamer::window_end() const {
+    const auto all = static_cast<std::uint32_t>(job_.items.size());
+    return std::min(all, received_ + std::min(free_, all));
+}
+
+void Streamer::send_window() {
+    const std::uint32_t end = window_end();
+    const bool again = sent_ < progress_.sent;
+    const bool worth_it = end == job_.items.size() || end - std::min(sent_, end) >= widest_ / kWindowParts;
+    if (sent_ >= end || !(again || worth_it)) {
+        return;
+    }
+    if (sent_ == received_) {
+        moved_ = client_->now();
+    }
+    if (end > progress_.sent) {
+        progress_.sent = end;
+        record();
+    }
+    while (sent_ < end) {
+        send_block(end);
+    }
+}
+
+void Streamer::send_block(std::uint32_t end) {
+    std::uint32_t last = end;
+    if (options_.items_per_block > 0) {
+        last = std::min(end, sent_ + options_.items_per_block);
+    }
+    const link::Block block = link::make_block(job_.hash, job_.items.first(last), sent_);
+    client_->send_block(block);
+    sent_ += block.count;
+}
+
+void Streamer::resend_when_silent() {
+    if (sent_ > received_ && client_->now() - moved_ > options_.resend_after) {
+        sent_ = received_;
+        moved_ = client_->now();
+    }
+}
+
+void Streamer::resume_when_held() {
+    const State state = client_->state();
+    const bool held = state == State::held || state == State::held_link;
+    const bool fed =
+        state == State::held_link || received_ > progress_.planned || received_ == job_.items.size();
+    if (!held || !fed || client_->now() - asked_resume_ < kResumePeriod) {
+        return;
+    }
+    asked_resume_ = client_->now();
+    if (state == State::held_link) {
+        client_->connect();
+    }
+    try {
+        client_->command(link::Verb::resume);
+    } catch (const CellRefused& refused) {
+        // Between its last status and the command the cell may have gone on, or into a fault that the loop will see.
+        if (refused.refusal != Refusal::wrong_state) {
+            throw;
+        }
+    }
+}
+
+void Streamer::check_refused() const {
+    const auto& refused = client_->job_refused();
+    if (refused && refused->job_low == static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU)) {
+        throw CellRefused("the cell refused item " + std::to_string(refused->item) + " of the job: " +
+                              describe_code(refused->refusal) + ", axis " + std::to_string(refused->axis) + ", value " +
+                              std::to_string(refused->value),
+                          static_cast<Refusal>(refused->refusal), refused->item);
+    }
+}
+
+void Streamer::check_running() {
+    if (!client_->status_is_fresh()) {
+        return;
+    }
+    const State state = client_->state();
+    const bool at_rest =
+        state == State::armed || state == State::idle || state == State::disabled || state == State::boot;
+    running_seen_ = running_seen_ || !at_rest;
+    if (running_seen_ && at_rest && !done()) {
+        throw CellError("the cell has dropped the job; it is in state " + std::string(sc::name_of(state)));
+    }
+}
+
+void Streamer::report(bool last) {
+    const HostTime now = client_->now();
+    if (!on_progress_ || (!last && now - reported_ < kReportPeriod)) {
+        return;
+    }
+    reported_ = now;
+    Progress progress;
+    progress.items = static_cast<std::uint32_t>(job_.items.size());
+    progress.sent = progress_.sent;
+    progress.planned = progress_.planned;
+    progress.fired = progress_.fired;
+    progress.fraction = last ? 1.0 : estimate_.fraction(progress_.fired);
+    progress.elapsed = now - begun_;
+    progress.left = estimate_.left(progress.fraction, progress.elapsed);
+    on_progress_(progress);
+}
+
+void Streamer::record() {
+    progress_.cell_state = client_->state();
+    if (journal_ == nullptr || progress_ == recorded_) {
+        return;
+    }
+    journal_->record(progress_);
+    recorded_ = progress_;
+    recorded_at_ns_ = real_now_ns();
+}
+
+void Streamer::record_sometimes() {
+    if (real_now_ns() - recorded_at_ns_ >= options_.journal_period.count()) {
+        record();
+    }
+}
+
+}  // namespace sc::host

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <variant>
+
+#include "host/bridge/transport.hpp"
+#include "shared/link/counter.hpp"
+#include "shared/link/messages.hpp"
+#include "shared/link/serial.hpp"
+
+namespace sc::host {
+
+/// What a controller sends.
+using CellMessage = std::variant<link::HelloReply, link::CommandReply, link::StreamAck, link::JobRefused, link::Status,
+                                 link::ConfigChunk>;
+
+/// What the wire has cost so far; counted, never hidden.
+struct WireCounters {
+    std::uint64_t sent = 0;               ///< messages
+    std::uint64_t received = 0;           ///< messages taken in
+    std::uint64_t malformed = 0;          ///< right checksum, but no message of the controller's
+    std::uint32_t frames_bad = 0;         ///< dropped for checksum or form
+    std::uint32_t messages_lost = 0;      ///< gaps in the controller's message counter
+    std::uint32_t messages_repeated = 0;  ///< dropped because they had come before
+};
+
+/// Messages over a carrier of bytes: framed, numbered, checked. What does not arrive whole is dropped and counted; to
+/// repeat is the client's work.
+class Wire {
+public:
+    /// `transport` must outlive the wire.
+    explicit Wire(Transport& transport) noexcept : transport_(&transport) {}
+
+    template <class Message>
+    void send(const Message& message) {
+        std::array<std::uint8_t, link::kSerialCapacity> frame{};
+        const std::size_t size = link::encode_serial(message, counter_++, frame);
+        ++sent_;
+        transport_->send(std::span(frame).first(size));
+    }
+    /// Waits for bytes or for `until`, and hands on the messages they complete. Returns how many there were (0 also
+    /// when only a part of one has come).
+    std::size_t receive(HostTime until, const std::function<void(const CellMessage&)>& handle);
+    [[nodiscard]] WireCounters counters() const noexcept;
+
+private:
+    Transport* transport_;
+    link::SerialReceiver receiver_;
+    link::CounterWatch watch_;
+    std::uint16_t counter_ = 0;
+    std::uint64_t sent_ = 0;
+    std::uint64_t received_ = 0;
+    std::uint64_t malformed_ = 0;
+};
+
+}  // namespace sc::host

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "host/bridge/child_process.hpp"
+#include "host/bridge/stop.hpp"
+#include "host/cli/asked.hpp"
+#include "host/cli/bench_figures.hpp"
+#include "host/cli/exit_codes.hpp"
+#include "host/cli/failure.hpp"
+#include "host/cli/subcommands.hpp"
+#include "host/formats/error.hpp"
+
+namespace sc::host::cli {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  scribecell bench scribe
+      the main job: how near the crosses are to their command, how fast the simulation is
+  scribecell bench scribe --json --seed 7 --raw run1
+      one JSON object; the trials as CSV in run1
+
+What is asked of each figure stands in tests/bench/asked.toml.
+Exit codes: 0 all figures are as asked; 1 one is not, or the benchmark failed; 2 bad input or usage.)";
+
+constexpr std::array kBenches{Bench{"scribe", "the main job on the simulated cell", bench_scribe}};
+
+std::string names() {
+    std::string text;
+    for (const Bench& bench : kBenches) {
+        text += (text.empty() ? "" : ", ") + std::string(bench.name);
+    }
+    return text;
+}
+
+const Bench& find_bench(const std::string& name) {
+    for (const Bench& bench : kBenches) {
+        if (name == bench.name) {
+            return bench;
+        }
+    }
+    throw InputError({.file = {}, .problem = "no such benchmark", .value = name, .action = "choose of: " + names()});
+}
+
+/// A figure with what is asked of it.
+struct Judged {
+    Figure figure;
+    Asked asked;
+    bool met = false;
+};
+
+std::vector<Judged> judge(const Bench& bench, const std::vector<Figure>& figures) {
+    const auto root = find_project_root();
+    if (!root) {
+        throw InputError({.file = {},
+                          .problem = "tests/bench/asked.toml is not beside this program",
+                          .value = {},
+                          .action = "set SCRIBECELL_ROOT to the project's folder"});
+    }
+    const std::filesystem::path file = *root / "tests/bench/asked.toml";
+    const auto asked = read_asked(file, bench.name);
+    std::vector<Judged> judged;
+    for (const Figure& figure : figures) {
+        const auto found = asked.find(figure.name);
+        if (found == asked.end()) {
+            throw InputError({.file = file.string(),
+                              .problem = "nothing is asked of a figure",
+                              .value = std::string(bench.name) + "." + figure.name,
+                              .action = "add it"});
+        }
+        judged.push_back({figure, found->second, meets(figure.value, found->second)});
+    }
+    return judged;
+}
+
+void print_text(const std::vector<Judged>& judged) {
+    std::printf("%-28s %14s %-6s %14s  %s\n", "figure", "value", "unit", "asked", "met");
+    for (const Judged& j : judged) {
+        std::printf("%-28s %14.4f %-6s %s %12.4g  %s\n", j.figure.name.c_str(), j.figure.value, j.figure.unit.c_str(),
+                    j.asked.lower_is_better ? "<" : ">", j.asked.value, j.met ? "yes" : "NO");
+    }
+}
+
+void print_json(const Bench& bench, const std::vector<Judged>& judged) {
+    nlohmann::ordered_json figures = nlohmann::ordered_json::array();
+    for (const Judged& j : judged) {
+        figures.push_back({{"name", j.figure.name},
+                           {"value", j.figure.value},
+                           {"unit", j.figure.unit},
+                           {"asked", j.asked.value},
+                           {"better", j.asked.lower_is_better ? "lower" : "higher"},
+                           {"met", j.met}});
+    }
+    const nlohmann::ordered_json object{{"bench", bench.name}, {"figures", figures}};
+    std::printf("%s\n", object.dump(2).c_str());
+}
+
+int run(const std::string& name, const BenchOptions& options, bool json) {
+    const Bench& bench = find_bench(name);
+    install_stop_signals();
+    const std::vector<Judged> judged = judge(bench, bench.run(options));
+    if (json) {
+        print_json(bench, judged);
+    } else {
+        print_text(judged);
+    }
+    bool all_met = true;
+    for (const Judged& j : judged) {
+        all_met = all_met && j.met;
+    }
+    return all_met ? kDone : kFailed;
+}
+
+struct Words {
+    std::string name;
+    BenchOptions options;
+    bool json = false;
+};
+
+}  // namespace
+
+void add_bench(CLI::App& app, int& exit_code) {
+    CLI::App* sub = app.add_subcommand("bench", "Measure, and compare with what is asked.");
+    sub->footer(kExamples);
+    const auto words = std::make_shared<Words>();
+    sub->add_option("name", words->name, "which: " + names())->required()->type_name("NAME");
+    sub->add_flag("--json", words->json, "one JSON object");
+    sub->add_option("--seed", words->options.seed, "of everything random")->type_name("N")->capture_default_str();
+    sub->add_option_function<std::string>(
+           "--raw", [words](const std::string& folder) { words->options.raw = folder; },
+           "folder for the trials as CSV")
+        ->type_name("DIR");
+    sub->callback([words, &exit_code] {
+        exit_code = guarded(words->json, [&words] { return run(words->name, words->options, words->json); });
+    });
+}
+
+}  // namespace sc::host::cli

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "host/cli/exit_codes.hpp"
+#include "host/cli/subcommands.hpp"
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  scribecell scribe                     the main job, on the simulated cell
+  scribecell scribe --dry-run           what it would burn
+  scribecell monitor --once             state of a cell
+  scribecell doctor                     what is installed, connected, missing
+
+Exit codes: 0 done; 1 the cell or the job failed; 2 bad input or usage; 130 Ctrl-C.)";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        CLI::App app{"Host of a laser scribing cell.", "scribecell"};
+        app.footer(kExamples);
+        app.require_subcommand(1);
+        int exit_code = sc::host::cli::kDone;
+        sc::host::cli::add_scribe(app, exit_code);
+        sc::host::cli::add_cell(app, exit_code);
+        sc::host::cli::add_jog(app, exit_code);
+        sc::host::cli::add_monitor(app, exit_code);
+        sc::host::cli::add_doctor(app, exit_code);
+        sc::host::cli::add_version(app, exit_code);
+        sc::host::cli::add_bench(app, exit_code);
+        try {
+            app.parse(argc, argv);
+        } catch (const CLI::ParseError& error) {
+            return app.exit(error) == 0 ? sc::host::cli::kDone : sc::host::cli::kBadInput;
+        }
+        return exit_code;
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "scribecell: %s\n", error.what());
+        return sc::host::cli::kFailed;
+    }
+}

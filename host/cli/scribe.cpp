@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <memory>
+
+#include "host/bridge/stop.hpp"
+#include "host/cli/failure.hpp"
+#include "host/cli/scribe_output.hpp"
+#include "host/cli/scribe_run.hpp"
+#include "host/cli/subcommands.hpp"
+
+namespace sc::host::cli {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  scribecell scribe
+      the example job (36 markers on four faces) on the simulated cell; prints how far each cross is off
+  scribecell scribe my_job.toml --dry-run
+      checks a job and prints what would be burnt, without moving anything
+  scribecell scribe --table my_table.csv
+      other points: the table gives measured and true places of ALL faces, in h
+  scribecell scribe --face 90 --face 180 --json --out run1
+      two faces; one JSON object on stdout; traces, journal and reports in run1
+  scribecell scribe --world bent.toml --script faults.txt
+      the simulated cell with errors of its own, and faults to provoke
+  scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite
+      a cell on a serial line
+
+Exit codes: 0 burnt and found again; 1 the cell or the job failed; 2 bad input, nothing has moved; 130 Ctrl-C.)";
+
+struct Words {
+    ScribeOptions options;
+    std::uint64_t jitter_us = 0;
+};
+
+template <class Value>
+CLI::Option* optional_option(CLI::App& app, const char* name, std::optional<Value>& value, const char* text) {
+    const auto take = [&value](const std::string& word) { value = Value(word); };
+    return app.add_option_function<std::string>(name, take, text);
+}
+
+void describe_job(CLI::App& app, ScribeOptions& o) {
+    app.add_option("job", o.job, "job file (default: the example, examples/ras3dm/job.toml)")->type_name("JOB.toml");
+    optional_option(app, "--table", o.table,
+                    "CSV that gives measured and true places of ALL faces, in h, in place of the job's own")
+        ->type_name("FILE");
+    optional_option(app, "--calibration", o.calibration, "calibration set, in place of the job's own")->type_name("FILE");
+    app.add_option("--face", o.faces, "burn only this face, degrees; may be given again")->type_name("DEG");
+    app.add_flag("--dry-run", o.dry_run, "check everything, print what would be burnt, move nothing");
+    app.add_flag("--json", o.json, "one JSON object on stdout, everything else on stderr");
+    optional_option(app, "--svg", o.svg, "picture of what was burnt and of its deviations")->type_name("FILE");
+    optional_option(app, "--journal", o.journal, "record of how far the job came; refused if it is another job's")
+        ->type_name("FILE");
+}
+
+void describe_cell(CLI::App& app, Words& words) {
+    ScribeOptions& o = words.options;
+    LinkOptions& link = o.link_options;
+    app.add_option("--link", o.link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+        ->type_name("URL")
+        ->capture_default_str();
+    app.add_flag("--reset-fault", o.reset_fault, "acknowledge a latched fault first");
+    app.add_option("--points-per-block", o.points_per_block, "most items in one message (default: as many as fit)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 255));
+    optional_option(app, "--world", link.world, "world of the simulated cell")->type_name("FILE");
+    optional_option(app, "--out", link.out, "folder for traces, journal and reports (default: none are kept)")
+        ->type_name("DIR");
+    optional_option(app, "--script", link.script, "faults to provoke in the simulated cell")->type_name("FILE");
+    app.add_option("--jitter-us", words.jitter_us, "arrival jitter of what the host sends, simulated cell")
+        ->type_name("N")
+        ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{10'000'000}));
+    app.add_option("--seed", link.seed, "of the jitter")->type_name("N")->capture_default_str();
+}
+
+int print(const ScribeOutcome& outcome, bool json) {
+    if (outcome.failure) {
+        print_failure(*outcome.failure);
+        std::fputs(how_far_text(outcome).c_str(), stderr);
+    }
+    if (json) {
+        std::printf("%s\n", outcome_json(outcome).dump(2).c_str());
+    } else if (outcome.dry_run) {
+        std::fputs(plan_text(outcome).c_str(), stdout);
+    } else if (outcome.report) {
+        std::fputs(report_text(*outcome.report).c_str(), stdout);
+    } else if (!outcome.failure) {
+        std::printf("%s is done in %.1f s; this link brings no traces back, so its accuracy is not known\n",
+                    outcome.job_name.c_str(), outcome.cell_seconds);
+    }
+    if (outcome.report && outcome.report->samples.limit_violations > 0) {
+        std::fprintf(stderr, "scribecell: the emitted samples break the machine's limits %llu times\n",
+                     static_cast<unsigned long long>(outcome.report->samples.limit_violations));
+    }
+    if (outcome.report && !outcome.report->accuracy.complete) {
+        std::fprintf(stderr, "scribecell: what was found is not all that was to be burnt, or more than that\n");
+    }
+    return outcome.exit_code();
+}
+
+}  // namespace
+
+void add_scribe(CLI::App& app, int& exit_code) {
+    CLI::App* sub = app.add_subcommand("scribe", "Burn a job and find it again from the pulses alone.");
+    sub->footer(kExamples);
+    const auto words = std::make_shared<Words>();
+    describe_job(*sub, words->options);
+    describe_cell(*sub, *words);
+    sub->callback([words, &exit_code] {
+        ScribeOptions& options = words->options;
+        options.link_options.jitter = Nanoseconds(static_cast<std::int64_t>(words->jitter_us) * 1000);
+        exit_code = guarded(options.json, [&options] {
+            install_stop_signals();
+            return print(run_scribe(options), options.json);
+        });
+    });
+}
+
+}  // namespace sc::host::cli

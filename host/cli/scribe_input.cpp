@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/scribe_input.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <utility>
+
+#include "host/bridge/child_process.hpp"
+#include "host/cli/number_text.hpp"
+#include "host/formats/error.hpp"
+
+namespace sc::host::cli {
+namespace {
+
+constexpr double kSameAngleDeg = 1e-6;
+
+std::filesystem::path example_job() {
+    const auto root = find_project_root();
+    if (!root) {
+        throw InputError({.file = {},
+                          .problem = "the example job is not beside this program",
+                          .value = {},
+                          .action = "name a job file, or set SCRIBECELL_ROOT to the project's folder"});
+    }
+    return *root / "examples/ras3dm/job.toml";
+}
+
+bool same_angle(double a, double b) { return std::abs(a - b) < kSameAngleDeg; }
+
+std::string angles_text(const std::vector<JobFace>& faces) {
+    std::string text;
+    for (const JobFace& face : faces) {
+        text += (text.empty() ? "" : ", ") + number_text(face.angle_deg);
+    }
+    return text;
+}
+
+/// Keeps the faces asked for, in the job's order.
+void keep_faces(Job& job, const std::vector<double>& wanted) {
+    const auto asked = [&](const JobFace& face) {
+        return std::any_of(wanted.begin(), wanted.end(), [&](double w) { return same_angle(w, face.angle_deg); });
+    };
+    for (const double angle : wanted) {
+        const bool there = std::any_of(job.faces.begin(), job.faces.end(),
+                                       [&](const JobFace& face) { return same_angle(angle, face.angle_deg); });
+        if (!there) {
+            throw InputError({.file = job.file.string(),
+                              .problem = "the job has no such face",
+                              .value = number_text(angle),
+                              .action = "choose of: " + angles_text(job.faces)});
+        }
+    }
+    if (!wanted.empty()) {
+        std::erase_if(job.faces, [&](const JobFace& face) { return !asked(face); });
+    }
+}
+
+void check_readable(const std::optional<std::filesystem::path>& file, const char* what) {
+    if (file && !std::ifstream(*file)) {
+        throw InputError({.file = file->string(),
+                          .problem = std::string(what) + " cannot be read",
+                          .value = {},
+                          .action = "check the name"});
+    }
+}
+
+/// Options that mean nothing to a cell that this program has not started.
+void check_link_options(const ScribeOptions& options) {
+    if (is_simulated(options.link)) {
+        return;
+    }
+    const bool given = options.link_options.world || options.link_options.script ||
+                       options.link_options.jitter > Nanoseconds::zero();
+    if (given) {
+        throw InputError({.file = {},
+                          .problem = "--world, --script and --jitter-us belong to the simulated cell",
+                          .value = options.link,
+                          .action = "give them to `scribecell cell`, or use --link sim:"});
+    }
+}
+
+void check_folder_of(const std::optional<std::filesystem::path>& file, const char* what) {
+    const std::filesystem::path folder = file && file->has_parent_path() ? file->parent_path() : ".";
+    if (file && !std::filesystem::is_directory(folder)) {
+        throw InputError({.file = file->string(),
+                          .problem = std::string("the folder of ") + what + " does not exist",
+                          .value = folder.string(),
+                          .action = "make it first"});
+    }
+}
+
+}  // namespace
+
+ScribeInput read_input(const ScribeOptions& options) {
+    check_link_options(options);
+    check_readable(options.link_options.world, "the world file");
+    check_readable(options.link_options.script, "the fault script");
+    check_folder_of(options.svg, "the picture");
+    check_folder_of(options.journal, "the journal");
+    ScribeInput input;
+    input.job = read_job(options.job.empty() ? example_job() : options.job);
+    keep_faces(input.job, options.faces);
+    input.points_from_table = options.table.has_value();
+    input.table_file = options.table.value_or(input.job.table);
+    input.calibration = read_calibration(options.calibration.value_or(input.job.calibration));
+    return input;
+}
+
+Planned plan_for(const ScribeInput& input, const MachineConfig& machine) {
+    Planned planned{.table = read_table(input.table_file, machine), .plan = {}};
+    const PlanOptions options{.face = std::nullopt, .points_from_table = input.points_from_table};
+    planned.plan = plan_job(input.job, planned.table, input.calibration, machine, options);
+    return planned;
+}
+
+std::string describe_item(const JobPlan& plan, std::size_t item) {
+    for (const PlannedPath& path : plan.paths) {
+        if (item < path.first_item || item >= path.first_item + path.item_count) {
+            continue;
+        }
+        std::string text(name_of(path.kind));
+        if (path.marker != 0) {
+            text += " of marker " + std::to_string(path.marker);
+        }
+        text += ", face " + number_text(path.face_deg) + " (" + path.source.file.string();
+        if (path.source.line > 0) {
+            text += " line " + std::to_string(path.source.line);
+        }
+        return text + ")";
+    }
+    return "a turn or the end of the job";
+}
+
+}  // namespace sc::host::cli

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/bridge/open_transport.hpp"
+#include "host/formats/calibration_set.hpp"
+#include "host/formats/job.hpp"
+#include "host/formats/table.hpp"
+#include "host/path/job_plan.hpp"
+
+namespace sc::host::cli {
+
+/// What `scribecell scribe` was asked for.
+struct ScribeOptions {
+    std::filesystem::path job;  ///< empty: the example
+    std::optional<std::filesystem::path> table;
+    std::optional<std::filesystem::path> calibration;
+    std::vector<double> faces;  ///< empty: all
+    std::string link = "sim:";
+    LinkOptions link_options;   ///< world, out, script, jitter, seed
+    std::optional<std::filesystem::path> svg;
+    std::optional<std::filesystem::path> journal;
+    std::uint32_t points_per_block = 0;
+    bool dry_run = false;
+    bool json = false;
+    bool reset_fault = false;
+};
+
+/// The files of a job, read and checked.
+struct ScribeInput {
+    Job job;  ///< with the faces asked for alone
+    CalibrationSet calibration;
+    std::filesystem::path table_file;
+    bool points_from_table = false;
+};
+
+/// Reads what the options name. Throws InputError; nothing has been started.
+[[nodiscard]] ScribeInput read_input(const ScribeOptions& options);
+
+/// A job planned for one machine.
+struct Planned {
+    VerificationTable table;
+    JobPlan plan;
+};
+/// Throws InputError for anything that the machine cannot do.
+[[nodiscard]] Planned plan_for(const ScribeInput& input, const MachineConfig& machine);
+
+/// "the horizontal stroke of the cross at marker 5, face 90 (points.csv line 6)": what an item of the stream is for.
+[[nodiscard]] std::string describe_item(const JobPlan& plan, std::size_t item);
+
+}  // namespace sc::host::cli

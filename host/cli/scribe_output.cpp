@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/scribe_output.hpp"
+
+#include <fmt/format.h>
+
+namespace sc::host::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double kMmPerMetre = 1e3;
+
+Json place_json(const Point<frame::H>& p) {
+    return {p.v.x * kMmPerMetre, p.v.y * kMmPerMetre, p.v.z * kMmPerMetre};
+}
+
+Json path_json(const PlannedPath& path) {
+    return {{"path", path.id},
+            {"face_deg", path.face_deg},
+            {"kind", name_of(path.kind)},
+            {"marker", path.marker},
+            {"actuator", path.settings.actuator == Actuator::galvo ? "galvo" : "axes"},
+            {"from_mm", place_json(path.from)},
+            {"to_mm", place_json(path.to)},
+            {"speed_mm_s", path.settings.speed.si() * kMmPerMetre},
+            {"pitch_um", path.settings.pitch.si() * 1e6},
+            {"energy_uj", path.settings.energy.si() * 1e6},
+            {"passes", path.settings.passes},
+            {"source", path.source.file.string()},
+            {"line", path.source.line}};
+}
+
+Json plan_json(const ScribeOutcome& outcome) {
+    const JobPlan& plan = outcome.plan;
+    Json paths = Json::array();
+    for (const PlannedPath& path : plan.paths) {
+        paths.push_back(path_json(path));
+    }
+    return {{"dry_run", true},
+            {"job", outcome.job_name},
+            {"job_hash", fmt::format("{:016x}", plan.hash)},
+            {"faces", plan.faces},
+            {"items", plan.items.size()},
+            {"paths", paths},
+            {"expected_pulses", plan.expected_pulses},
+            {"marked_mm", plan.marked_metres * kMmPerMetre},
+            {"expected_seconds", plan.expected_seconds_estimate}};
+}
+
+Json progress_json(const ScribeOutcome& outcome) {
+    const JobProgress& p = outcome.progress;
+    return {{"items", outcome.plan.items.size()}, {"sent", p.sent},  {"planned", p.planned}, {"fired", p.fired},
+            {"path", p.path},                     {"pass", p.pass}, {"pulses", p.pulses}};
+}
+
+Json run_json(const ScribeOutcome& outcome) {
+    Json json{{"state", outcome.state},
+              {"job", outcome.job_name},
+              {"job_hash", fmt::format("{:016x}", outcome.plan.hash)},
+              {"progress", progress_json(outcome)},
+              {"cell_seconds", outcome.cell_seconds},
+              {"wall_seconds", outcome.wall_seconds}};
+    if (outcome.journal) {
+        json["journal"] = *outcome.journal;
+    }
+    if (outcome.cell) {
+        json["cell"] = *outcome.cell;
+    }
+    return json;
+}
+
+std::string place_text(const Point<frame::H>& p) {
+    return fmt::format("{:9.3f} {:9.3f} {:9.3f}", p.v.x * kMmPerMetre, p.v.y * kMmPerMetre, p.v.z * kMmPerMetre);
+}
+
+}  // namespace
+
+std::string plan_text(const ScribeOutcome& outcome) {
+    const JobPlan& plan = outcome.plan;
+    std::string text = fmt::format("job {} (hash {:016x}): {} items, not run\n\n", outcome.job_name, plan.hash,
+                                   plan.items.size());
+    text += fmt::format("{:>5} {:>6} {:<17} {:>6} {:<6} {:>29} {:>29} {:>8} {:>8}\n", "path", "face", "what", "marker",
+                        "by", "from x y z, mm", "to x y z, mm", "mm/s", "pitch um");
+    for (const PlannedPath& p : plan.paths) {
+        text += fmt::format("{:>5} {:>6g} {:<17} {:>6} {:<6} {} {} {:>8g} {:>8g}\n", p.id, p.face_deg, name_of(p.kind),
+                            p.marker == 0 ? std::string("-") : std::to_string(p.marker),
+                            p.settings.actuator == Actuator::galvo ? "galvo" : "axes", place_text(p.from),
+                            place_text(p.to), p.settings.speed.si() * kMmPerMetre, p.settings.pitch.si() * 1e6);
+    }
+    text += fmt::format("\n{} pulses over {:.1f} mm on {} faces; about {:.0f} s of the cell's time\n",
+                        plan.expected_pulses, plan.marked_metres * kMmPerMetre, plan.faces.size(),
+                        plan.expected_seconds_estimate);
+    return text;
+}
+
+Json outcome_json(const ScribeOutcome& outcome) {
+    if (outcome.dry_run) {
+        return plan_json(outcome);
+    }
+    if (outcome.failure) {
+        Json json{{"error", to_json(*outcome.failure)}};
+        json.update(run_json(outcome));
+        return json;
+    }
+    return outcome.report ? report_json(*outcome.report) : run_json(outcome);
+}
+
+std::string how_far_text(const ScribeOutcome& outcome) {
+    const JobProgress& p = outcome.progress;
+    std::string text = fmt::format("state of the cell: {}\n", outcome.state);
+    text += fmt::format("{}: {} of {} items sent, {} planned, {} fired", outcome.journal ? "the journal says" : "the job came to",
+                        p.sent, outcome.plan.items.size(), p.planned, p.fired);
+    if (p.fired > 0 || p.pulses > 0) {
+        text += fmt::format("; path {}, pass {}: {} pulses ({})", p.path, p.pass, p.pulses,
+                            describe_item(outcome.plan, p.fired));
+    }
+    return text + "\n";
+}
+
+}  // namespace sc::host::cli

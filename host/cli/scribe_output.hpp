@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "host/cli/scribe_run.hpp"
+
+namespace sc::host::cli {
+
+/// What a plan would burn: a table, one line a path.
+[[nodiscard]] std::string plan_text(const ScribeOutcome& outcome);
+/// The outcome as one object: the accuracy report; of a plan {"dry_run","job","items","paths":[…],…}; of a job that
+/// failed {"error":{…},"state","progress":{…},…}.
+[[nodiscard]] nlohmann::ordered_json outcome_json(const ScribeOutcome& outcome);
+/// How far a job that ended early has come, for a person; ends with a line break.
+[[nodiscard]] std::string how_far_text(const ScribeOutcome& outcome);
+
+}  // namespace sc::host::cli

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/scribe_run.hpp"
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <random>
+#include <utility>
+
+#include "host/bridge/stop.hpp"
+#include "host/cli/exit_codes.hpp"
+#include "host/cli/progress_printer.hpp"
+#include "host/cli/run_folder.hpp"
+#include "host/formats/error.hpp"
+#include "host/formats/file.hpp"
+#include "host/formats/journal.hpp"
+#include "host/formats/pulse_trace.hpp"
+
+namespace sc::host::cli {
+namespace {
+
+std::string hex(std::uint64_t value) {
+    std::string text(16, '0');
+    for (std::size_t i = 0; i < 16; ++i) {
+        text[15 - i] = "0123456789abcdef"[(value >> (4 * i)) & 0xFU];
+    }
+    return text;
+}
+
+/// A simulated run depends on its inputs and seed alone; on a wire two hosts must not draw the same number.
+std::uint32_t draw_session(const ScribeOptions& options) {
+    return is_simulated(options.link) ? static_cast<std::uint32_t>(options.link_options.seed) + 1U
+                                      : std::random_device{}();
+}
+
+/// Refuses to burn a second time what the journal says has been burnt.
+void check_fresh(const std::filesystem::path& file) {
+    const JournalSummary summary = read_journal(file);
+    if (summary.outcome != JobOutcome::done && (!summary.last || summary.last->fired == 0)) {
+        return;
+    }
+    const std::uint32_t fired = summary.last ? summary.last->fired : 0;
+    throw InputError({.file = file.string(),
+                      .problem = "this job has been burnt already, up to item",
+                      .value = std::to_string(fired) + " of " + std::to_string(summary.job.items),
+                      .action = "name a new journal to burn it again from its beginning"});
+}
+
+/// One run, with what its parts share.
+class Run {
+public:
+    explicit Run(const ScribeOptions& options) : options_(options), printer_(stderr_is_terminal()) {}
+
+    ScribeOutcome go() {
+        input_ = read_input(options_);
+        outcome_.job_name = input_.job.name;
+        outcome_.dry_run = options_.dry_run;
+        const bool simulated = is_simulated(options_.link);
+        if (simulated) {
+            // The simulated cell is the reference machine: what it cannot do is refused before it is started.
+            static_cast<void>(plan_for(input_, reference_machine()));
+        }
+        if (!options_.dry_run && (simulated || options_.link_options.out)) {
+            folder_ = std::make_unique<RunFolder>(options_.link_options.out);
+        }
+        burn();
+        if (simulated && !options_.dry_run) {
+            read_cell_report();
+        }
+        if (simulated && !options_.dry_run && !outcome_.failure) {
+            verify();
+        }
+        outcome_.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun_).count();
+        if (outcome_.report) {
+            outcome_.report->run.wall_seconds = outcome_.wall_seconds;
+        }
+        return std::move(outcome_);
+    }
+
+private:
+    void burn() {
+        LinkOptions link = options_.link_options;
+        link.out = folder_ && is_simulated(options_.link) ? std::optional(folder_->path()) : std::nullopt;
+        const std::unique_ptr<Transport> transport = open_transport(options_.link, link);
+        CellClient client(*transport, {.session = draw_session(options_)});
+        client.set_stop_check(stop_requested);
+        client.connect();
+        outcome_.machine = client.read_config();
+        Planned planned = plan_for(input_, outcome_.machine);
+        table_ = std::move(planned.table);
+        outcome_.plan = std::move(planned.plan);
+        if (options_.dry_run) {
+            outcome_.state = "not run";
+            return;
+        }
+        const std::unique_ptr<Journal> journal = open_journal();
+        SessionOptions session_options;
+        session_options.stream.items_per_block = options_.points_per_block;
+        session_options.reset_fault = options_.reset_fault;
+        session_options.on_progress = [this](const Progress& progress) { note(progress); };
+        session_options.on_step = [this](const std::string& what) { printer_.step(what); };
+        Session session(client, session_options);
+        mark(client, session, journal.get());
+        printer_.end_line();
+        outcome_.state = std::string(sc::name_of(client.state()));
+    }
+
+    void mark(CellClient& client, Session& session, Journal* journal) {
+        const HostTime begun = client.now();
+        try {
+            session.clear();
+            client.set_compensation(compensation_of(input_.calibration));
+            const RunResult result =
+                session.run({outcome_.plan.hash, outcome_.plan.items, outcome_.plan.expected_seconds_estimate}, journal);
+            outcome_.progress = result.progress;
+        } catch (const InputError&) {
+            throw;
+        } catch (const CellRefused& refused) {
+            outcome_.failure = current_failure();
+            if (client.job_refused()) {
+                outcome_.failure->message +=
+                    "; it belongs to: " + describe_item(outcome_.plan, static_cast<std::size_t>(refused.detail));
+            }
+        } catch (const std::exception&) {
+            outcome_.failure = current_failure();
+        }
+        if (outcome_.failure && journal != nullptr) {
+            outcome_.progress = journal->last().value_or(JobProgress{});
+        }
+        outcome_.cell_seconds = static_cast<double>((client.now() - begun).count()) * 1e-9;
+    }
+
+    void note(const Progress& progress) {
+        outcome_.progress.sent = progress.sent;
+        outcome_.progress.planned = progress.planned;
+        outcome_.progress.fired = progress.fired;
+        printer_.show(progress);
+    }
+
+    std::unique_ptr<Journal> open_journal() {
+        const JournalJob job{outcome_.plan.hash, static_cast<std::uint32_t>(outcome_.plan.items.size()),
+                             outcome_.job_name};
+        if (options_.journal) {
+            auto journal = std::make_unique<Journal>(*options_.journal, job, JournalStart::resume);
+            check_fresh(*options_.journal);
+            outcome_.journal = options_.journal->string();
+            return journal;
+        }
+        if (folder_ && folder_->named()) {
+            const std::filesystem::path file = folder_->path() / "journal.sqlite";
+            outcome_.journal = file.string();
+            return std::make_unique<Journal>(file, job, JournalStart::new_job);
+        }
+        return nullptr;
+    }
+
+    void read_cell_report() {
+        const std::filesystem::path file = folder_->path() / "cell.json";
+        if (std::filesystem::exists(file)) {
+            outcome_.cell = nlohmann::ordered_json::parse(read_text_file(file));
+        }
+    }
+
+    void verify() {
+        const PulseTrace trace = read_pulse_trace(folder_->path() / "pulses.trace");
+        const BurnFindings burns = find_burns(trace.pulses, trace.header.axis, face_angles(table_));
+        Report report{.accuracy = assess(burns, table_, outcome_.plan, trace.header, input_.calibration),
+                      .burns = burns,
+                      .samples = check_samples(folder_->path() / "samples.trace", outcome_.machine),
+                      .run = {}};
+        report.run.job = outcome_.job_name;
+        report.run.job_hash = hex(outcome_.plan.hash);
+        report.run.state = outcome_.state;
+        report.run.pulses = outcome_.cell->value("pulses", std::uint64_t{0});
+        report.run.cell_seconds = outcome_.cell_seconds;
+        report.run.command_trace_sha256 = outcome_.cell->value("command_trace_sha256", std::string());
+        outcome_.report = std::move(report);
+        write_reports();
+    }
+
+    void write_reports() const {
+        if (options_.svg) {
+            write_text_file(*options_.svg, report_svg(*outcome_.report));
+        }
+        if (folder_->named()) {
+            write_text_file(folder_->path() / "report.svg", report_svg(*outcome_.report));
+            write_text_file(folder_->path() / "report.json", report_json(*outcome_.report).dump(2) + "\n");
+        }
+    }
+
+    const ScribeOptions& options_;
+    std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
+    ProgressPrinter printer_;
+    std::unique_ptr<RunFolder> folder_;
+    ScribeInput input_;
+    VerificationTable table_;
+    ScribeOutcome outcome_;
+};
+
+}  // namespace
+
+int ScribeOutcome::exit_code() const {
+    if (failure) {
+        return failure->exit_code;
+    }
+    const bool wrong = report && (report->samples.limit_violations > 0 || !report->accuracy.complete);
+    return wrong ? kFailed : kDone;
+}
+
+ScribeOutcome run_scribe(const ScribeOptions& options) { return Run(options).go(); }
+
+}  // namespace sc::host::cli

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+/// One function a subcommand: adds its options to the program and, when it was asked for, runs it and leaves its exit
+/// code in `exit_code`. Nothing escapes but CLI11's own errors.
+
+namespace sc::host::cli {
+
+void add_scribe(CLI::App& app, int& exit_code);
+void add_cell(CLI::App& app, int& exit_code);
+void add_jog(CLI::App& app, int& exit_code);
+void add_monitor(CLI::App& app, int& exit_code);
+void add_doctor(CLI::App& app, int& exit_code);
+void add_version(CLI::App& app, int& exit_code);
+void add_bench(CLI::App& app, int& exit_code);
+
+}  // namespace sc::host::cli

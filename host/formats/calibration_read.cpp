@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <set>
+
+#include "host/formats/calibration_units.hpp"
+#include "host/formats/file.hpp"
+#include "host/formats/text.hpp"
+
+namespace sc::host {
+
+namespace {
+
+constexpr std::array kUnits{kMillimetre, kMetre, kInch};
+constexpr Limits kResidualUm{0.0, 1e6};
+constexpr Limits kSigmaUm{1e-6, 1e6};
+constexpr Limits kSquarenessMrad{-50.0, 50.0};
+constexpr Limits kScalePpm{-50'000.0, 50'000.0};
+
+Provenance read_provenance(TomlReader& table) {
+    Provenance out;
+    out.parents = table.texts("parents");
+    out.residual_rms = table.number("residual_rms_um", kResidualUm) / 1e6;
+    out.time = table.time("time");
+    out.note = table.text_or("note", "");
+    return out;
+}
+
+TransformRecord read_transform(TomlReader& table) {
+    TransformRecord out;
+    out.id = table.text("id");
+    const LengthUnit unit = kUnits[table.choice("unit", {"mm", "m", "inch"})];
+    out.rotation = table.rotation("rotation");
+    const Vec3 t = table.vector("translation");
+    out.translation = {unit.to_si(t.x, 1), unit.to_si(t.y, 1), unit.to_si(t.z, 1)};
+    static_cast<void>(table.choice("perturbation", {"left"}));
+    out.covariance = read_covariance(table, kRigidOrder, kRigidLengths, unit);
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
+AxisRecord read_turntable(TomlReader& table) {
+    AxisRecord out;
+    out.line.point.v = table.vector_mm("point_mm");
+    out.line.direction.v = table.unit_vector("direction");
+    if (!(out.line.direction.v.z > 0.5)) {
+        table.fail("direction", "does not point up, its z is", decimal(out.line.direction.v.z),
+                   "give the direction whose z is near +1: C counts counter-clockwise seen from +z");
+    }
+    out.covariance = read_covariance(table, kAxisOrder, kAxisLengths, kMillimetre);
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
+AxesRecord read_axes(TomlReader& table) {
+    AxesRecord out;
+    out.squareness_xy = table.number("squareness_xy_mrad", kSquarenessMrad) / 1e3;
+    out.squareness_xz = table.number("squareness_xz_mrad", kSquarenessMrad) / 1e3;
+    out.squareness_yz = table.number("squareness_yz_mrad", kSquarenessMrad) / 1e3;
+    out.scale = {table.number("scale_x_ppm", kScalePpm) / 1e6, table.number("scale_y_ppm", kScalePpm) / 1e6,
+                 table.number("scale_z_ppm", kScalePpm) / 1e6};
+    out.covariance = read_covariance(table, kAxesOrder, kAxesLengths, kMillimetre);
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
+GalvoResidual read_residual(TomlReader& table) {
+    GalvoResidual out;
+    out.half_field = table.number("half_field_mm", {0.001, 1000.0}) / 1e3;
+    out.side = static_cast<std::size_t>(table.integer("side", 2, 257));
+    const auto x = table.numbers("x_um", out.side * out.side);
+    const auto z = table.numbers("z_um", out.side * out.side);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        out.xz.push_back({x[i] / 1e6, z[i] / 1e6});
+    }
+    table.finish();
+    return out;
+}
+
+GalvoRecord read_galvo(TomlReader& table) {
+    GalvoRecord out;
+    const auto offset = table.numbers("offset_um", 2);
+    out.offset = {offset[0] / 1e6, offset[1] / 1e6};
+    const auto m = table.matrix("matrix", 2, 2);
+    out.matrix = {m[0][0], m[0][1], m[1][0], m[1][1]};
+    if (const double determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0]; !(determinant > 0.25 && determinant < 4.0)) {
+        table.fail("matrix", "is far from the head's nominal scale or mirrored, determinant", about(determinant),
+                   "give the 2x2 matrix near the identity; correct mirrored mirrors in the machine's configuration");
+    }
+    out.covariance = read_covariance(table, kGalvoOrder, kGalvoLengths, kMillimetre);
+    if (auto residual = table.table_if("residual")) {
+        out.residual = read_residual(*residual);
+    }
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
+SensorRay read_ray(TomlReader& table) {
+    SensorRay out;
+    out.id = table.text("id");
+    out.origin.v = table.vector_mm("origin_mm");
+    out.direction.v = table.unit_vector("direction");
+    out.zero = table.number("zero_mm") / 1e3;
+    out.sigma = table.number("sigma_um", kSigmaUm) / 1e6;
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
+void read_transforms(TomlReader& root, CalibrationSet& set) {
+    std::set<std::string> seen;
+    for (TomlReader& table : root.tables("transform")) {
+        set.transforms.push_back(read_transform(table));
+        const std::string& id = set.transforms.back().id;
+        if (!seen.insert(id).second) {
+            table.fail("id", "appears twice", shortened(id), "keep one of them");
+        }
+    }
+}
+
+void read_sensors(TomlReader& root, CalibrationSet& set) {
+    if (auto table = root.table_if("y_sensor")) {
+        set.y_sensor = read_ray(*table);
+    }
+    for (TomlReader& table : root.tables("triple_head")) {
+        set.triple_head.push_back(read_ray(table));
+    }
+    if (!set.triple_head.empty() && set.triple_head.size() != 3) {
+        root.fail("triple_head", "has not three rays", std::to_string(set.triple_head.size()), "give all three");
+    }
+}
+
+void check_hash(const TomlReader& root, const CalibrationSet& set, const std::string& stated) {
+    if (!stated.empty() && stated != set.sha256) {
+        root.fail("sha256", "does not belong to this content", shortened(stated),
+                  "the file was changed by hand or damaged: restore it, or remove the line to accept the change");
+    }
+}
+
+}  // namespace
+
+CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_view text) {
+    TomlDocument document(path, text, kCalibrationFormat);
+    TomlReader& root = document.root();
+    CalibrationSet set;
+    set.file = path;
+    set.sha256 = hash_without_hash_line(text);
+    check_hash(root, set, root.text_or("sha256", ""));
+    set.id = root.text("id");
+    set.parents = root.texts("parents");
+    set.time = root.time("time");
+    set.note = root.text_or("note", "");
+    read_transforms(root, set);
+    if (auto table = root.table_if("turntable")) {
+        set.turntable = read_turntable(*table);
+    }
+    if (auto table = root.table_if("axes")) {
+        set.axes = read_axes(*table);
+    }
+    if (auto table = root.table_if("galvo")) {
+        set.galvo = read_galvo(*table);
+    }
+    read_sensors(root, set);
+    root.finish();
+    return set;
+}
+
+CalibrationSet read_calibration(const std::filesystem::path& path) {
+    return parse_calibration(path, read_text_file(path));
+}
+
+}  // namespace sc::host

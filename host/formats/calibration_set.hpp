@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "shared/geometry/frames.hpp"
+#include "shared/machine/machine.hpp"
+
+/// The calibration set: every estimate that the cell works with, each with its uncertainty. File: format =
+/// "scribecell-calibration", version = 1 (docs/formats.md); signs and definitions: docs/frames.md. In memory all is SI:
+/// metres, radians, plain ratios.
+
+namespace sc::host {
+
+/// Symmetric positive definite, row-major.
+template <std::size_t N>
+struct Covariance {
+    std::array<std::array<double, N>, N> at{};
+    bool operator==(const Covariance&) const noexcept = default;
+};
+
+/// How a record came about.
+struct Provenance {
+    std::vector<std::string> parents;  ///< ids of records or data sets that it was computed from
+    double residual_rms = 0.0;         ///< metres, of the fit; for ratios at the reach of the data
+    std::string time;                  ///< ISO 8601 with zone, e.g. 2026-01-31T12:00:00Z
+    std::string note;
+    bool operator==(const Provenance&) const = default;
+};
+
+/// A transform `id` = "to_from_from". Covariance of ξ in T = Exp(ξ)·T̂ (left perturbation), order rx,ry,rz,tx,ty,tz:
+/// rad², rad·m, m².
+struct TransformRecord {
+    std::string id;
+    Mat3 rotation;
+    Vec3 translation;
+    Covariance<6> covariance;
+    Provenance provenance;
+    bool operator==(const TransformRecord&) const = default;
+};
+/// The turntable's axis. Covariance order px,py,dx,dy: the place where it meets the plane z = point.z, and the x and y
+/// of its unit direction.
+struct AxisRecord {
+    AxisLine line;
+    Covariance<4> covariance;
+    Provenance provenance;
+    bool operator==(const AxisRecord&) const = default;
+};
+/// A distance sensor's beam. The sensor rides beside the head: with the axes at q, reading r says that the surface is at
+/// q + origin + (r − zero)·direction.
+struct SensorRay {
+    std::string id;
+    Point<frame::H> origin;         ///< with the axes at zero
+    Direction<frame::H> direction;  ///< unit, from the sensor outwards
+    double zero = 0.0;              ///< reading at the origin, metres
+    double sigma = 0.0;             ///< of the place along the beam, metres
+    Provenance provenance;
+    bool operator==(const SensorRay&) const = default;
+};
+/// What the two-parameter galvo model leaves over, on a square grid of commands from −half_field to +half_field.
+struct GalvoResidual {
+    double half_field = 0.0;                 ///< metres
+    std::size_t side = 0;                    ///< points along each edge, 2 or more
+    std::vector<std::array<double, 2>> xz;   ///< metres; side·side, x runs fastest
+    bool operator==(const GalvoResidual&) const = default;
+};
+/// Where the beam lands for a command g: focus + offset + matrix·g, in (x, z). Covariance order ox,oz,mxx,mxz,mzx,mzz:
+/// m², m, 1.
+struct GalvoRecord {
+    std::array<double, 2> offset{};
+    std::array<double, 4> matrix{1.0, 0.0, 0.0, 1.0};  ///< row-major: xx, xz, zx, zz
+    Covariance<6> covariance;
+    std::optional<GalvoResidual> residual;
+    Provenance provenance;
+    bool operator==(const GalvoRecord&) const = default;
+};
+/// Errors of the linear axes: for readings q the focus truly stands at p = A q,
+///     p_x = (1 + scale_x)·q_x + xy·q_y + xz·q_z,  p_y = (1 + scale_y)·q_y + yz·q_z,  p_z = (1 + scale_z)·q_z.
+/// Covariance order xy,xz,yz,sx,sy,sz.
+struct AxesRecord {
+    double squareness_xy = 0.0;  ///< rad: x per y
+    double squareness_xz = 0.0;  ///< rad: x per z
+    double squareness_yz = 0.0;  ///< rad: y per z
+    std::array<double, 3> scale{};
+    Covariance<6> covariance;
+    Provenance provenance;
+    bool operator==(const AxesRecord&) const = default;
+};
+
+struct CalibrationSet {
+    std::filesystem::path file;  ///< where it was read
+    std::string id;
+    std::vector<std::string> parents;  ///< ids of the sets that this one replaces or extends
+    std::string time;
+    std::string note;
+    std::string sha256;  ///< hex, of the file without the line that holds it; set by read and write
+    std::vector<TransformRecord> transforms;
+    std::optional<AxisRecord> turntable;
+    std::optional<AxesRecord> axes;
+    std::optional<GalvoRecord> galvo;
+    std::optional<SensorRay> y_sensor;
+    std::vector<SensorRay> triple_head;  ///< none or three
+
+    /// Record by id, nullptr if it is not there.
+    [[nodiscard]] const TransformRecord* find(std::string_view transform_id) const noexcept;
+};
+
+/// Throws InputError for all that is malformed: a rotation that is none ("not orthogonal", "left-handed"), a direction
+/// that is no unit vector, a covariance that is not symmetric and positive, an unknown or missing key, a file whose
+/// sha256 line disagrees with its content (the line may be left out).
+[[nodiscard]] CalibrationSet read_calibration(const std::filesystem::path& path);
+/// Writes the set with its hash and returns the hash. Throws InputError if it cannot be written or would be refused.
+std::string write_calibration(const std::filesystem::path& path, const CalibrationSet& set);
+
+/// What of a chain is missing is named: throws InputError with the set's file.
+[[nodiscard]] Rigid<frame::H, frame::C> h_from_c(const CalibrationSet& set);
+[[nodiscard]] const AxisLine& turntable_axis(const CalibrationSet& set);
+
+/// What the controller is to take out: axis_from_h = A⁻¹ (in full, not to first order), galvo_from_field = M⁻¹,
+/// galvo_offset = −M⁻¹·offset. A record that is absent leaves its part the identity. The galvo's residual grid has no
+/// place in Compensation and is not used.
+[[nodiscard]] Compensation compensation_of(const CalibrationSet& set);
+
+}  // namespace sc::host

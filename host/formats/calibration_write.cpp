@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/formats/calibration_units.hpp"
+#include "host/formats/file.hpp"
+
+namespace sc::host {
+
+namespace {
+
+void write_provenance(TomlWriter& out, const Provenance& provenance) {
+    out.texts("parents", provenance.parents);
+    out.number("residual_rms_um", provenance.residual_rms, 1e6);
+    out.text("time", provenance.time);
+    out.text_unless_empty("note", provenance.note);
+}
+
+void write_transform(TomlWriter& out, const TransformRecord& record) {
+    out.item("transform");
+    out.text("id", record.id);
+    out.text("unit", "mm");
+    out.rotation("rotation", record.rotation);
+    out.vector("translation", record.translation, 1e3);
+    out.text("perturbation", "left");
+    write_covariance(out, record.covariance, kRigidOrder, kRigidLengths);
+    write_provenance(out, record.provenance);
+}
+
+void write_turntable(TomlWriter& out, const AxisRecord& record) {
+    out.table("turntable");
+    out.vector("point_mm", record.line.point.v, 1e3);
+    out.vector("direction", record.line.direction.v);
+    write_covariance(out, record.covariance, kAxisOrder, kAxisLengths);
+    write_provenance(out, record.provenance);
+}
+
+void write_axes(TomlWriter& out, const AxesRecord& record) {
+    out.table("axes");
+    out.number("squareness_xy_mrad", record.squareness_xy, 1e3);
+    out.number("squareness_xz_mrad", record.squareness_xz, 1e3);
+    out.number("squareness_yz_mrad", record.squareness_yz, 1e3);
+    out.number("scale_x_ppm", record.scale[0], 1e6);
+    out.number("scale_y_ppm", record.scale[1], 1e6);
+    out.number("scale_z_ppm", record.scale[2], 1e6);
+    write_covariance(out, record.covariance, kAxesOrder, kAxesLengths);
+    write_provenance(out, record.provenance);
+}
+
+void write_galvo(TomlWriter& out, const GalvoRecord& record) {
+    out.table("galvo");
+    out.numbers("offset_um", {record.offset[0], record.offset[1]}, 1e6);
+    out.matrix("matrix", {{record.matrix[0], record.matrix[1]}, {record.matrix[2], record.matrix[3]}});
+    write_covariance(out, record.covariance, kGalvoOrder, kGalvoLengths);
+    write_provenance(out, record.provenance);
+    if (record.residual) {
+        std::vector<double> x;
+        std::vector<double> z;
+        for (const auto& xz : record.residual->xz) {
+            x.push_back(xz[0]);
+            z.push_back(xz[1]);
+        }
+        out.table("galvo.residual");
+        out.number("half_field_mm", record.residual->half_field, 1e3);
+        out.integer("side", static_cast<std::int64_t>(record.residual->side));
+        out.numbers("x_um", x, 1e6);
+        out.numbers("z_um", z, 1e6);
+    }
+}
+
+void write_ray(TomlWriter& out, const SensorRay& ray) {
+    out.text("id", ray.id);
+    out.vector("origin_mm", ray.origin.v, 1e3);
+    out.vector("direction", ray.direction.v);
+    out.number("zero_mm", ray.zero, 1e3);
+    out.number("sigma_um", ray.sigma, 1e6);
+    write_provenance(out, ray.provenance);
+}
+
+void write_records(TomlWriter& out, const CalibrationSet& set) {
+    for (const TransformRecord& record : set.transforms) {
+        write_transform(out, record);
+    }
+    if (set.turntable) {
+        write_turntable(out, *set.turntable);
+    }
+    if (set.axes) {
+        write_axes(out, *set.axes);
+    }
+    if (set.galvo) {
+        write_galvo(out, *set.galvo);
+    }
+    if (set.y_sensor) {
+        out.table("y_sensor");
+        write_ray(out, *set.y_sensor);
+    }
+    for (const SensorRay& ray : set.triple_head) {
+        out.item("triple_head");
+        write_ray(out, ray);
+    }
+}
+
+/// `hash` is left out if empty.
+std::string rendered(const CalibrationSet& set, std::string_view hash) {
+    TomlWriter out(kCalibrationFormat);
+    out.text_unless_empty("sha256", hash);
+    out.text("id", set.id);
+    out.texts("parents", set.parents);
+    out.text("time", set.time);
+    out.text_unless_empty("note", set.note);
+    write_records(out, set);
+    return out.str();
+}
+
+}  // namespace
+
+std::string write_calibration(const std::filesystem::path& path, const CalibrationSet& set) {
+    const std::string hash = hash_without_hash_line(rendered(set, ""));
+    const std::string text = rendered(set, hash);
+    static_cast<void>(parse_calibration(path, text));  // what would be refused is not written
+    write_text_file(path, text);
+    return hash;
+}
+
+}  // namespace sc::host

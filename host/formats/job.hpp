@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/formats/recipe.hpp"
+#include "shared/geometry/frames.hpp"
+
+namespace sc::host {
+
+/// Frame in which a job gives places: h at the face's own turntable angle, c, or w (needs the job's alignment).
+enum class PlaceFrame : std::uint8_t { h, c, w };
+[[nodiscard]] std::string_view name_of(PlaceFrame frame) noexcept;
+
+/// The cross burnt at every point of every face.
+struct CrossSettings {
+    Length size;  ///< of each of its two strokes (along x, along z)
+    MarkSettings settings;
+    constexpr bool operator==(const CrossSettings&) const noexcept = default;
+};
+/// The datum line of each face: on the plane through its points, at constant z through their centroid, centred there,
+/// unless the face gives its own ends.
+struct DatumLineSettings {
+    Length length;
+    MarkSettings settings;
+    constexpr bool operator==(const DatumLineSettings&) const noexcept = default;
+};
+
+/// A datum line whose ends are given.
+struct FaceLine {
+    int line = 0;  ///< of the job file
+    PlaceFrame frame = PlaceFrame::w;
+    Vec3 from;  ///< metres
+    Vec3 to;
+};
+
+struct JobFace {
+    int line = 0;             ///< of the job file
+    double angle_deg = 0.0;   ///< face k: the turntable stands at C = −k degrees
+    PlaceFrame frame = PlaceFrame::h;
+    /// CSV of points (points.hpp) in `frame`; empty: the rows of the job's table with this angle, in h.
+    std::filesystem::path points;
+    std::optional<FaceLine> datum_line;
+};
+
+/// A job: which points on which faces, burnt how. File: format = "scribecell-job", version = 1. Paths are resolved
+/// against the job file's folder when read.
+struct Job {
+    std::filesystem::path file;
+    std::string name;
+    std::filesystem::path table;        ///< verification table (table.hpp)
+    std::filesystem::path calibration;  ///< calibration set (calibration_set.hpp)
+    std::optional<CrossSettings> cross;           ///< none: no crosses
+    std::optional<DatumLineSettings> datum_line;  ///< none: no datum lines
+    std::optional<Rigid<frame::C, frame::W>> c_from_w;
+    std::vector<JobFace> faces;  ///< in the order in which they are burnt; angles are unique
+};
+
+/// Throws InputError for a missing file, TOML that does not parse, a missing, unknown or repeated key, a value out of
+/// its range, a rotation that is none, `w` without alignment, no face, the same face twice. The files that the job
+/// names are not opened.
+[[nodiscard]] Job read_job(const std::filesystem::path& path);
+/// Writes paths relative to the new file's folder. Throws InputError if it cannot be written.
+void write_job(const std::filesystem::path& path, const Job& job);
+
+}  // namespace sc::host

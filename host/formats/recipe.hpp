@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "shared/path/item.hpp"
+#include "shared/units/quantity.hpp"
+
+namespace sc::host {
+
+/// How a line is burnt.
+struct MarkSettings {
+    Actuator actuator = Actuator::axes;
+    Speed speed;   ///< along the path
+    Length pitch;  ///< between pulses
+    Energy energy; ///< of one pulse
+    std::uint8_t passes = 1;
+    Length tolerance = Length::from_si(5e-6);  ///< how far the beam may leave the points at corners
+    constexpr bool operator==(const MarkSettings&) const noexcept = default;
+};
+
+/// Laser recipe: named settings that suit one material. File: format = "scribecell-recipe", version = 1.
+struct RecipeEntry {
+    std::string id;
+    MarkSettings settings;
+    bool operator==(const RecipeEntry&) const = default;
+};
+struct Recipe {
+    std::string name;
+    std::string material;
+    std::string note;
+    std::vector<RecipeEntry> entries;  ///< ids are unique
+    bool operator==(const Recipe&) const = default;
+};
+
+/// Both throw InputError (file, line, value, what to do).
+[[nodiscard]] Recipe read_recipe(const std::filesystem::path& path);
+void write_recipe(const std::filesystem::path& path, const Recipe& recipe);
+
+}  // namespace sc::host

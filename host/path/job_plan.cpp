@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/path/job_plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+#include "host/calibration/transforms.hpp"
+#include "host/formats/error.hpp"
+#include "host/path/check.hpp"
+#include "host/path/face_places.hpp"
+#include "host/path/plane.hpp"
+#include "host/path/profile.hpp"
+#include "host/path/route.hpp"
+#include "shared/path/job_hash.hpp"
+
+namespace sc::host {
+
+namespace {
+
+constexpr double kShortestDatumLine = 0.060;
+
+std::int32_t wire(double metres) { return static_cast<std::int32_t>(std::llround(metres * kWireUnitsPerMetre)); }
+PathPoint wire_point(const Vec3& place) { return {wire(place.x), wire(place.y), wire(place.z)}; }
+
+MoveLimits limits_of(const AxisConfig& axis) { return {axis.speed, axis.acceleration, axis.jerk}; }
+
+class Planner {
+public:
+    Planner(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,
+            const MachineConfig& machine, const PlanOptions& options)
+        : job_(job),
+          table_(table),
+          calibration_(calibration),
+          machine_(machine),
+          options_(options),
+          compensation_(compensation_of(calibration)) {
+        const auto home = [&machine](Axis axis) { return machine.axis[index(axis)].home_position; };
+        at_ = {home(Axis::x), home(Axis::y), home(Axis::z)};
+        c_ = home(Axis::c);
+    }
+
+    JobPlan run() {
+        for (const JobFace& face : job_.faces) {
+            if (!options_.face || same_face(*options_.face, face.angle_deg)) {
+                plan_face(face);
+            }
+        }
+        if (plan_.faces.empty()) {
+            refuse_filter();
+        }
+        retract();
+        plan_.items.emplace_back(JobEnd{});
+        plan_.hash = job_hash(plan_.items);
+        return std::move(plan_);
+    }
+
+private:
+    [[noreturn]] void refuse_filter() const {
+        std::string angles;
+        for (const JobFace& face : job_.faces) {
+            angles += fmt::format("{}{}", angles.empty() ? "" : ", ", face.angle_deg);
+        }
+        throw InputError({.file = job_.file.string(),
+                          .problem = "the job has no such face",
+                          .value = options_.face ? fmt::format("{}", *options_.face) : std::string{},
+                          .action = "choose one of: " + angles});
+    }
+
+    void plan_face(const JobFace& face) {
+        if (!job_.cross && !job_.datum_line) {
+            throw InputError({.file = job_.file.string(),
+                              .line = face.line,
+                              .problem = "nothing is to be burnt on this face",
+                              .value = fmt::format("{}", face.angle_deg),
+                              .action = "add a [cross] or a [datum_line] to the job"});
+        }
+        if (face.datum_line && !job_.datum_line) {
+            throw InputError({.file = job_.file.string(),
+                              .line = face.datum_line->line,
+                              .problem = "a line is given, but not how to burn it",
+                              .value = {},
+                              .action = "add a [datum_line] to the job"});
+        }
+        const FacePlaces places =
+            face_places(job_, face, table_, calibration_, machine_, options_.points_from_table);
+        turn_to(face);
+        plan_.faces.push_back(face.angle_deg);
+        std::vector<Vec3> centres;
+        for (const MarkerPlace& marker : places.markers) {
+            centres.push_back(marker.place.v);
+        }
+        const FacePlane plane = fit_plane(centres);
+        if (job_.cross) {
+            for (const std::size_t i : nearest_first(at_, centres)) {
+                add_cross(face, places.markers[i], plane);
+            }
+        }
+        if (job_.datum_line) {
+            add_datum_line(face, places, plane);
+        }
+    }
+
+    void turn_to(const JobFace& face) {
+        const AxisConfig& axis = machine_.axis[index(Axis::c)];
+        double best = std::numeric_limits<double>::infinity();
+        for (int turns = -20; turns <= 20; ++turns) {
+            const double c = c_of_face(face.angle_deg) + 360.0 * turns;
+            if (c >= axis.travel_min && c <= axis.travel_max && std::abs(c - c_) < std::abs(best - c_)) {
+                best = c;
+            }
+        }
+        if (!std::isfinite(best)) {
+            throw InputError({.file = job_.file.string(),
+                              .line = face.line,
+                              .problem = "the turntable cannot reach this face",
+                              .value = fmt::format("{}", face.angle_deg),
+                              .action = fmt::format("use faces whose C = -angle, give or take whole turns, is within "
+                                                    "{} to {} degrees",
+                                                    axis.travel_min, axis.travel_max)});
+        }
+        retract();
+        plan_.items.emplace_back(Turn{static_cast<std::int32_t>(std::llround(best * kWireUnitsPerDegree))});
+        plan_.expected_seconds_estimate += move_time(best - c_, limits_of(axis));
+        c_ = best;
+    }
+
+    void retract() {
+        const double up = machine_.y_retracted.si();
+        if (at_.y < up) {
+            plan_.expected_seconds_estimate += move_time(up - at_.y, limits_of(machine_.axis[index(Axis::y)]));
+            at_.y = up;
+        }
+    }
+
+    void add_cross(const JobFace& face, const MarkerPlace& marker, const FacePlane& plane) {
+        const double half = 0.5 * job_.cross->size.si();
+        const Vec3 c = marker.place.v;
+        const Vec3 along_x{half, half * plane.slope_x, 0.0};
+        const Vec3 along_z{0.0, half * plane.slope_z, half};
+        const StrokeOrder order = order_pair(at_, {c - along_x, c + along_x}, {c - along_z, c + along_z});
+        PlannedPath path{.face_deg = face.angle_deg,
+                         .kind = order.swapped ? PathKind::cross_vertical : PathKind::cross_horizontal,
+                         .marker = marker.no,
+                         .centre = marker.place,
+                         .from = {order.first.from},
+                         .to = {order.first.to},
+                         .settings = job_.cross->settings,
+                         .source = marker.source};
+        add_path(path);
+        path.kind = order.swapped ? PathKind::cross_horizontal : PathKind::cross_vertical;
+        path.from = {order.second.from};
+        path.to = {order.second.to};
+        add_path(path);
+    }
+
+    void add_datum_line(const JobFace& face, const FacePlaces& places, const FacePlane& plane) {
+        const bool given = places.line.has_value();
+        const Source source = given ? places.line->source : Source{job_.file, face.line};
+        const Stroke line = given ? Stroke{places.line->from.v, places.line->to.v} : fitted_line(source, plane);
+        const double length = norm(line.to - line.from);
+        if (length < kShortestDatumLine - 1e-9) {
+            throw InputError({.file = source.file.string(),
+                              .line = source.line,
+                              .problem = "the datum line is too short to align a workpiece by",
+                              .value = fmt::format("{:.3f} mm", 1e3 * length),
+                              .action = fmt::format("make it {:.6g} mm or longer", 1e3 * kShortestDatumLine)});
+        }
+        const Stroke ordered = nearer_end_first(at_, line);
+        add_path({.face_deg = face.angle_deg,
+                  .kind = PathKind::datum_line,
+                  .marker = 0,
+                  .centre = {0.5 * (line.from + line.to)},
+                  .from = {ordered.from},
+                  .to = {ordered.to},
+                  .settings = job_.datum_line->settings,
+                  .source = source});
+    }
+
+    /// On the plane, at the centroid's z, centred there, but moved along x so that it and its run-in stay in travel.
+    Stroke fitted_line(const Source& source, const FacePlane& plane) const {
+        const AxisConfig& x = machine_.axis[index(Axis::x)];
+        const double half = 0.5 * job_.datum_line->length.si();
+        const MarkSettings& settings = job_.datum_line->settings;
+        // Compensation may move a set-point a little: keep that much more.
+        const double spare = settings.actuator == Actuator::axes
+                                 ? run_in_length({1.0, 0.0, 0.0}, settings, machine_) + 0.5e-3
+                                 : 0.0;
+        const double first = x.travel_min + half + spare;
+        const double last = x.travel_max - half - spare;
+        if (first > last) {
+            throw InputError({.file = source.file.string(),
+                              .line = source.line,
+                              .problem = "the datum line with its run-in is longer than the travel of x",
+                              .value = fmt::format("{:.6g} mm", 2e3 * half),
+                              .action = fmt::format("make it {:.3f} mm or shorter",
+                                                    1e3 * (x.travel_max - x.travel_min - 2.0 * spare))});
+        }
+        const double middle = std::min(std::max(plane.centroid.x, first), last);
+        const auto end = [&plane](double at_x) {
+            return Vec3{at_x, plane.depth(at_x, plane.centroid.z), plane.centroid.z};
+        };
+        return {end(middle - half), end(middle + half)};
+    }
+
+    void add_path(PlannedPath path) {
+        path.id = static_cast<std::uint32_t>(plan_.paths.size());
+        check_places(path, machine_, compensation_);
+        path.pick = check_settings(path, job_, machine_);
+        path.first_item = plan_.items.size();
+        for (std::uint8_t pass = 0; pass < path.settings.passes; ++pass) {
+            add_pass(path, pass);
+            count(path);
+        }
+        path.item_count = plan_.items.size() - path.first_item;
+        plan_.paths.push_back(std::move(path));
+    }
+
+    void add_pass(const PlannedPath& path, std::uint8_t pass) {
+        const auto whole = [](double value) { return static_cast<std::uint32_t>(std::llround(value)); };
+        const MarkSettings& s = path.settings;
+        PathBegin begin{.path = path.id,
+                        .actuator = s.actuator,
+                        .pass = pass,
+                        .speed_um_s = whole(1e6 * s.speed.si()),
+                        .pitch_nm = whole(1e9 * s.pitch.si()),
+                        .energy_nj = whole(1e9 * s.energy.si()),
+                        .tolerance_nm = whole(1e9 * s.tolerance.si())};
+        if (s.actuator == Actuator::galvo) {
+            const PathPoint anchor = wire_point(path.centre.v);
+            begin.anchor_x = anchor.x;
+            begin.anchor_y = anchor.y;
+            begin.anchor_z = anchor.z;
+        }
+        plan_.items.emplace_back(begin);
+        plan_.items.emplace_back(wire_point(path.from.v));
+        plan_.items.emplace_back(wire_point(path.to.v));
+        plan_.items.emplace_back(PathEnd{});
+    }
+
+    /// Adds one pass to the sums. The way there: all axes at once, the slowest counts.
+    void count(const PlannedPath& path) {
+        const MarkSettings& s = path.settings;
+        const double length = norm(path.to.v - path.from.v);
+        const Vec3 direction = (1.0 / length) * (path.to.v - path.from.v);
+        const bool galvo = s.actuator == Actuator::galvo;
+        const double run_in = speed_up_distance(s.speed.si(), limits_along(direction, s.actuator, machine_));
+        const Vec3 start = galvo ? path.centre.v : path.from.v - run_in * direction;
+        double way = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            way = std::max(way, move_time(start[i] - at_[i], limits_of(machine_.axis[i])));
+        }
+        const double settle = galvo && way > 0.0 ? 1e-9 * static_cast<double>(machine_.settle_ns) : 0.0;
+        const double mark = length / s.speed.si() + 4.0 * run_in / s.speed.si();
+        plan_.expected_seconds_estimate += way + settle + mark;
+        plan_.marked_metres += length;
+        plan_.expected_pulses += static_cast<std::uint64_t>(std::floor(length / s.pitch.si() + 1e-9)) + 1;
+        at_ = galvo ? path.centre.v : path.to.v + run_in * direction;
+    }
+
+    const Job& job_;
+    const VerificationTable& table_;
+    const CalibrationSet& calibration_;
+    const MachineConfig& machine_;
+    const PlanOptions& options_;
+    const Compensation compensation_;
+    JobPlan plan_;
+    Vec3 at_;
+    double c_ = 0.0;
+};
+
+}  // namespace
+
+std::string_view name_of(PathKind kind) noexcept {
+    switch (kind) {
+        case PathKind::cross_horizontal: return "cross_horizontal";
+        case PathKind::cross_vertical: return "cross_vertical";
+        case PathKind::datum_line: return "datum_line";
+    }
+    return "?";
+}
+
+JobPlan plan_job(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,
+                 const MachineConfig& machine, const PlanOptions& options) {
+    return Planner(job, table, calibration, machine, options).run();
+}
+
+}  // namespace sc::host

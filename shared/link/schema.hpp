@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include "shared/hash/fnv.hpp"
+#include "shared/link/config.hpp"
+#include "shared/link/messages.hpp"
+#include "shared/path/block.hpp"
+
+/// The list of all messages and the hash over it. Everything here is worked out at compile time.
+
+namespace sc::link {
+
+template <class... Message>
+struct MessageList {
+    static constexpr std::size_t size = sizeof...(Message);
+};
+using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest>;
+using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk>;
+
+/// Calls `f(message)` with a default one of each, in order of the list.
+template <class... Message, class F>
+constexpr void for_each_message(MessageList<Message...> /*list*/, F&& f) {
+    (f(Message{}), ...);
+}
+
+/// A field's type as the schema names it: "u16" and 0, or "i32" and 4 for an array of four.
+struct FieldType {
+    std::string_view base;
+    std::size_t count = 0;
+    std::size_t largest_bytes = 0;  ///< on the wire
+};
+
+template <class T>
+struct FieldTypeOf;
+template <>
+struct FieldTypeOf<std::uint8_t> {
+    static constexpr FieldType value{"u8", 0, 1};
+};
+template <>
+struct FieldTypeOf<std::uint16_t> {
+    static constexpr FieldType value{"u16", 0, 2};
+};
+template <>
+struct FieldTypeOf<std::uint32_t> {
+    static constexpr FieldType value{"u32", 0, 4};
+};
+template <>
+struct FieldTypeOf<std::uint64_t> {
+    static constexpr FieldType value{"u64", 0, 8};
+};
+template <>
+struct FieldTypeOf<std::int32_t> {
+    static constexpr FieldType value{"i32", 0, 4};
+};
+template <>
+struct FieldTypeOf<std::int64_t> {
+    static constexpr FieldType value{"i64", 0, 8};
+};
+template <>
+struct FieldTypeOf<double> {
+    static constexpr FieldType value{"f64", 0, 8};
+};
+template <>
+struct FieldTypeOf<Bytes> {
+    static constexpr FieldType value{"bytes", 0, 1 + std::tuple_size_v<decltype(Bytes::data)>};
+};
+template <class T, std::size_t N>
+struct FieldTypeOf<std::array<T, N>> {
+    static constexpr FieldType value{FieldTypeOf<T>::value.base, N, N* FieldTypeOf<T>::value.largest_bytes};
+};
+
+namespace schema_detail {
+
+struct Hasher {
+    Fnv1a64 hash;
+
+    constexpr void number(std::uint64_t value) noexcept {
+        std::array<std::uint8_t, 8> bytes{};
+        ByteWriter(bytes).put(value);
+        hash.update(bytes);
+    }
+    constexpr void text(std::string_view value) noexcept {
+        number(value.size());
+        hash.update(value);
+    }
+    template <class T>
+    constexpr void operator()(std::string_view name, const T& /*value*/) noexcept {
+        text(name);
+        text(FieldTypeOf<T>::value.base);
+        number(FieldTypeOf<T>::value.count);
+    }
+    template <class Message>
+    constexpr void message(const Message& m) noexcept {
+        number(Message::kId);
+        text(Message::kName);
+        Message::visit(*this, m);
+    }
+};
+
+struct Sizer {
+    std::size_t bytes = 0;
+    template <class T>
+    constexpr void operator()(std::string_view /*name*/, const T& /*value*/) noexcept {
+        bytes += FieldTypeOf<T>::value.largest_bytes;
+    }
+};
+
+}  // namespace schema_detail
+
+/// Hash over the number, name, field names and field types of every message, the protocol's major version, and the
+/// versions of the block grammar and of the machine configuration's layout.
+[[nodiscard]] constexpr std::uint64_t schema_hash() noexcept {
+    schema_detail::Hasher hasher;
+    hasher.number(kProtocolMajor);
+    hasher.number(kBlockGrammarVersion);
+    hasher.number(kConfigVersion);
+    for_each_message(HostMessages{}, [&hasher](const auto& m) noexcept { hasher.message(m); });
+    for_each_message(CellMessages{}, [&hasher](const auto& m) noexcept { hasher.message(m); });
+    return hasher.hash.value();
+}
+inline constexpr std::uint64_t kSchemaHash = schema_hash();
+
+/// Bytes of the message's longest payload.
+template <class Message>
+[[nodiscard]] constexpr std::size_t largest_payload() noexcept {
+    schema_detail::Sizer sizer;
+    const Message message;
+    Message::visit(sizer, message);
+    return sizer.bytes;
+}
+
+}  // namespace sc::link

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "shared/link/cobs.hpp"
+#include "shared/link/codec.hpp"
+
+/// Messages over a serial line: one COBS frame each.
+
+namespace sc::link {
+
+inline constexpr std::size_t kSerialCapacity = cobs_capacity(kMessageCapacity);
+
+/// Encodes and frames one message. Bytes written to the start of `out`, or 0 when they do not fit.
+template <class Message>
+[[nodiscard]] constexpr std::size_t encode_serial(const Message& message, std::uint16_t counter,
+                                                  std::span<std::uint8_t> out) noexcept {
+    std::array<std::uint8_t, kMessageCapacity> plain{};
+    const std::size_t size = encode_message(message, counter, plain);
+    return size == 0 ? 0 : cobs_encode(std::span(plain).first(size), out);
+}
+
+/// The receiving half: bytes in any portions, messages with a right checksum out.
+class SerialReceiver {
+public:
+    /// Calls `on_message(const Envelope&)` for each, in order; the envelope is valid during the call.
+    template <class OnMessage>
+    constexpr void receive(std::span<const std::uint8_t> bytes, OnMessage&& on_message) {
+        for (const std::uint8_t byte : bytes) {
+            const auto frame = decoder_.push(byte);
+            if (!frame) {
+                continue;
+            }
+            const std::optional<Envelope> envelope = open_message(*frame);
+            if (envelope) {
+                on_message(*envelope);
+            } else {
+                ++checks_failed_;
+            }
+        }
+    }
+    /// Frames dropped: cut, too long, too short, or with a wrong checksum.
+    [[nodiscard]] constexpr std::uint32_t frames_bad() const noexcept { return decoder_.frames_bad() + checks_failed_; }
+
+private:
+    CobsDecoder<kMessageCapacity> decoder_;
+    std::uint32_t checks_failed_ = 0;
+};
+
+}  // namespace sc::link

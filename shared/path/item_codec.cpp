@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shared/path/item_codec.hpp"
+
+#include "shared/path/block.hpp"
+
+namespace sc {
+namespace {
+
+void put_path_begin(ByteWriter& out, const PathBegin& begin) noexcept {
+    out.put(block_tag::kPathBegin);
+    out.put(begin.path);
+    out.put(static_cast<std::uint8_t>(begin.actuator));
+    out.put(begin.pass);
+    out.put(begin.speed_um_s);
+    out.put(begin.pitch_nm);
+    out.put(begin.energy_nj);
+    out.put(begin.tolerance_nm);
+    out.put(begin.anchor_x);
+    out.put(begin.anchor_y);
+    out.put(begin.anchor_z);
+}
+
+}  // namespace
+
+void put_item(ByteWriter& out, const Item& item) noexcept {
+    if (const auto* point = std::get_if<PathPoint>(&item)) {
+        out.put(block_tag::kPoints);
+        out.put(point->x);
+        out.put(point->y);
+        out.put(point->z);
+    } else if (const auto* begin = std::get_if<PathBegin>(&item)) {
+        put_path_begin(out, *begin);
+    } else if (std::holds_alternative<PathEnd>(item)) {
+        out.put(block_tag::kPathEnd);
+    } else if (const auto* turn = std::get_if<Turn>(&item)) {
+        out.put(block_tag::kTurn);
+        out.put(turn->c);
+    } else if (std::holds_alternative<JobEnd>(item)) {
+        out.put(block_tag::kJobEnd);
+    }
+}
+
+}  // namespace sc

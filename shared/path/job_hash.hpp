@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "shared/hash/fnv.hpp"
+#include "shared/path/item.hpp"
+
+namespace sc {
+
+/// Hash of a job: FNV-1a over its items in order, each coded by itself (item_codec.hpp), so that it does not depend on
+/// how the items were cut into blocks. Host and controller each make their own; JobOpen::job carries the host's.
+class JobHasher {
+public:
+    /// At most 35 byte steps. Any context.
+    void add(const Item& item) noexcept;
+    [[nodiscard]] std::uint64_t value() const noexcept { return hash_.value(); }
+
+private:
+    Fnv1a64 hash_;
+};
+
+[[nodiscard]] std::uint64_t job_hash(std::span<const Item> items) noexcept;
+
+}  // namespace sc

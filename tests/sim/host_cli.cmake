@@ -1,0 +1,17 @@
+# SPDX-License-Identifier: Apache-2.0
+# These run the built programs as a person would.
+if(SC_HOST AND SC_SIM)
+  set(sc_cli_program ${CMAKE_CURRENT_LIST_DIR}/host/cli/program.cpp)
+  sc_test(sim_bad_input_test LABEL sim TIMEOUT 120
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/bad_input_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_scribe_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/scribe_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_scribe_fault_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/scribe_fault_test.cpp ${sc_cli_program}
+    DEPS host_formats nlohmann_json::nlohmann_json)
+  foreach(test sim_bad_input_test sim_scribe_test sim_scribe_fault_test)
+    add_dependencies(${test} scribecell scribecell-cell)
+  endforeach()
+endif()

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/link/job_stream.hpp"
+
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "shared/link/blocks.hpp"
+
+namespace {
+
+using sc::Item;
+using sc::Refusal;
+using sc::link::Block;
+using sc::link::JobStream;
+using sc::link::make_block;
+using Taken = JobStream::Taken;
+
+std::vector<Item> turns(std::size_t count) {
+    std::vector<Item> items;
+    for (std::size_t i = 0; i < count; ++i) {
+        items.emplace_back(sc::Turn{static_cast<std::int32_t>(i)});
+    }
+    return items;
+}
+Block part(const std::vector<Item>& items, std::uint32_t first, std::size_t count) {
+    const std::vector<Item> head(items.begin(), items.begin() + static_cast<std::ptrdiff_t>(first + count));
+    return make_block(sc::job_hash(items), head, first);
+}
+
+class JobStreamTest : public testing::Test {
+protected:
+    void open(std::size_t count) {
+        items = turns(count);
+        stream->open(sc::job_hash(items), static_cast<std::uint32_t>(count));
+    }
+    std::unique_ptr<JobStream> stream = std::make_unique<JobStream>();
+    std::vector<Item> items;
+};
+
+TEST_F(JobStreamTest, TakesItemsInOrderAndVerifiesTheHash) {
+    open(10);
+    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    EXPECT_FALSE(stream->hash_ok());
+    EXPECT_EQ(stream->take(part(items, 6, 4)), Taken::stored);
+    EXPECT_TRUE(stream->hash_ok());
+    for (const Item& item : items) {
+        ASSERT_NE(stream->items().front(), nullptr);
+        EXPECT_EQ(*stream->items().front(), item);
+        stream->items().pop();
+    }
+}
+
+TEST_F(JobStreamTest, TakesNothingTwiceAndNothingEarly) {
+    open(10);
+    EXPECT_EQ(stream->take(part(items, 1, 2)), Taken::ahead);
+    EXPECT_EQ(stream->blocks_ahead(), 1U);
+    EXPECT_EQ(stream->take(part(items, 0, 4)), Taken::stored);
+    EXPECT_EQ(stream->take(part(items, 1, 3)), Taken::known);
+    EXPECT_EQ(stream->items_repeated(), 3U);
+    EXPECT_EQ(stream->take(part(items, 2, 5)), Taken::stored);
+    EXPECT_EQ(stream->items_repeated(), 5U);
+    EXPECT_EQ(stream->received(), 7U);
+    EXPECT_EQ(stream->items().size(), 7U);
+}
+
+TEST_F(JobStreamTest, TakesWhatThereIsRoomFor) {
+    const std::size_t capacity = sc::ItemQueue::capacity();
+    open(capacity + 100);
+    while (stream->received() + 30 < capacity) {
+        ASSERT_EQ(stream->take(part(items, stream->received(), 30)), Taken::stored);
+    }
+    const std::uint32_t first = stream->received();
+    EXPECT_EQ(stream->take(part(items, first, 40)), Taken::stored);
+    EXPECT_EQ(stream->received(), capacity);
+    EXPECT_EQ(stream->take(part(items, stream->received(), 10)), Taken::full);
+    stream->items().pop();
+    EXPECT_EQ(stream->take(part(items, stream->received(), 10)), Taken::stored);
+    EXPECT_EQ(stream->received(), capacity + 1);
+}
+
+TEST_F(JobStreamTest, DropsBlocksOfAnotherJobAndWithoutAJob) {
+    items = turns(3);
+    EXPECT_EQ(stream->take(part(items, 0, 3)), Taken::foreign);
+    open(3);
+    Block block = part(items, 0, 3);
+    ++block.job_low;
+    EXPECT_EQ(stream->take(block), Taken::foreign);
+    stream->close();
+    EXPECT_EQ(stream->take(part(items, 0, 3)), Taken::foreign);
+    EXPECT_EQ(stream->received(), 0U);
+}
+
+TEST_F(JobStreamTest, RefusesAMalformedBlockWhole) {
+    open(10);
+    Block block = part(items, 0, 5);
+    block.count = 4;
+    EXPECT_EQ(stream->take(block), Taken::refused);
+    EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::malformed_block));
+    EXPECT_EQ(stream->received(), 0U);
+    EXPECT_EQ(stream->take(part(items, 0, 5)), Taken::refused) << "the job is refused now";
+}
+
+TEST_F(JobStreamTest, RefusesItemsBeyondThoseAnnounced) {
+    open(10);
+    const std::vector<Item> more = turns(11);
+    Block block = part(more, 0, 11);
+    block.job_low = stream->job_low();
+    EXPECT_EQ(stream->take(block), Taken::refused);
+    EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::too_many_points));
+    EXPECT_EQ(stream->refused().item, 10U);
+    EXPECT_EQ(stream->received(), 0U);
+}
+
+TEST_F(JobStreamTest, RefusesIndicesAtTheEndOf32Bits) {
+    open(10);
+    Block block = part(items, 0, 5);
+    block.first = 0xFFFFFFFF;
+    EXPECT_EQ(stream->take(block), Taken::refused);
+    EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::too_many_points));
+}
+
+TEST_F(JobStreamTest, RefusesAJobWhoseHashDoesNotComeOut) {
+    items = turns(4);
+    stream->open(sc::job_hash(items) ^ (1ULL << 40U), 4);
+    EXPECT_EQ(stream->take(part(items, 0, 4)), Taken::stored);
+    EXPECT_FALSE(stream->hash_ok());
+    EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::job_mismatch));
+}
+
+TEST_F(JobStreamTest, AnEmptyJobIsVerifiedAtOnce) {
+    stream->open(sc::job_hash({}), 0);
+    EXPECT_TRUE(stream->hash_ok());
+    stream->open(1, 0);
+    EXPECT_FALSE(stream->hash_ok());
+    EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::job_mismatch));
+}
+
+TEST_F(JobStreamTest, TheSameJobKeepsWhatHasArrivedAndAnotherDoesNot) {
+    open(10);
+    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    stream->open(sc::job_hash(items), 10);
+    EXPECT_EQ(stream->received(), 6U);
+    EXPECT_EQ(stream->items().size(), 6U);
+    stream->open(sc::job_hash(items), 11);
+    EXPECT_EQ(stream->received(), 0U);
+    EXPECT_TRUE(stream->items().empty());
+}
+
+TEST_F(JobStreamTest, AClosedOrRefusedJobBeginsAnew) {
+    open(10);
+    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    stream->close();
+    EXPECT_TRUE(stream->items().empty());
+    EXPECT_EQ(stream->received(), 6U) << "how far it came stays readable";
+    stream->open(sc::job_hash(items), 10);
+    EXPECT_EQ(stream->received(), 0U);
+    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    stream->refuse(3, Refusal::out_of_travel, 1, -5);
+    stream->refuse(4, Refusal::in_keep_out, 2, 5);
+    EXPECT_EQ(stream->refused().item, 3U) << "the first refusal counts";
+    stream->open(sc::job_hash(items), 10);
+    EXPECT_EQ(stream->refused().refusal, 0U);
+    EXPECT_EQ(stream->received(), 0U);
+    EXPECT_EQ(stream->take(part(items, 0, 10)), Taken::stored);
+    EXPECT_TRUE(stream->hash_ok());
+}
+
+}  // namespace

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/safety/frame_guard.hpp"
+
+#include <gtest/gtest.h>
+
+namespace sc::safety {
+namespace {
+
+constexpr auto bit(GuardCause cause) { return static_cast<std::uint8_t>(cause); }
+
+GuardInputs good() {
+    return {.digital = {.estop_closed = true, .interlock_closed = true, .laser_ready = true, .laser_no_alarm = true},
+            .galvo_status = kGalvoStatusOk,
+            .gate_allowed = true};
+}
+
+TEST(FrameGuard, LetsAHealthyMarkingCellThrough) {
+    const GuardVeto veto = frame_guard(good());
+    EXPECT_FALSE(veto.close_gate);
+    EXPECT_EQ(veto.causes, 0);
+}
+
+TEST(FrameGuard, ShutsWhatTheTickDidNotAllow) {
+    GuardInputs inputs = good();
+    inputs.gate_allowed = false;
+    const GuardVeto veto = frame_guard(inputs);
+    EXPECT_TRUE(veto.close_gate);
+    EXPECT_EQ(veto.causes, 0) << "nothing is wrong";
+}
+
+TEST(FrameGuard, NamesEachCause) {
+    struct Case {
+        void (*spoil)(GuardInputs&);
+        GuardCause cause;
+    };
+    const Case cases[]{
+        {[](GuardInputs& in) { in.digital.estop_closed = false; }, GuardCause::estop},
+        {[](GuardInputs& in) { in.digital.interlock_closed = false; }, GuardCause::interlock},
+        {[](GuardInputs& in) { in.digital.laser_ready = false; }, GuardCause::laser_alarm},
+        {[](GuardInputs& in) { in.digital.laser_no_alarm = false; }, GuardCause::laser_alarm},
+        {[](GuardInputs& in) { in.galvo_status = 0; }, GuardCause::galvo},
+        {[](GuardInputs& in) { in.galvo_status = kGalvoStatusOk ^ 0x0001; }, GuardCause::galvo},
+    };
+    for (const Case& c : cases) {
+        for (const bool allowed : {false, true}) {
+            GuardInputs inputs = good();
+            inputs.gate_allowed = allowed;
+            c.spoil(inputs);
+            const GuardVeto veto = frame_guard(inputs);
+            EXPECT_TRUE(veto.close_gate);
+            EXPECT_EQ(veto.causes, bit(c.cause));
+        }
+    }
+}
+
+TEST(FrameGuard, NamesAllCausesAtOnce) {
+    const GuardVeto veto = frame_guard(GuardInputs{});
+    EXPECT_TRUE(veto.close_gate);
+    EXPECT_EQ(veto.causes, bit(GuardCause::estop) | bit(GuardCause::interlock) | bit(GuardCause::laser_alarm) |
+                               bit(GuardCause::galvo));
+}
+
+}  // namespace
+}  // namespace sc::safety

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/client.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/host/bridge/fake_cell.hpp"
+
+namespace sc::host {
+namespace {
+
+using test::FakeCell;
+using test::Trouble;
+
+constexpr Nanoseconds kSecond{1'000'000'000};
+
+ClientOptions options() {
+    ClientOptions o;
+    o.session = 4711;
+    return o;
+}
+
+TEST(CellClient, OpensASessionAndReadsTheMachine) {
+    FakeCell cell;
+    cell.machine.axis[2].travel_min = -0.123;
+    CellClient client(cell, options());
+    client.connect();
+    EXPECT_EQ(client.hello().session, 4711U);
+    const MachineConfig machine = client.read_config();
+    EXPECT_EQ(machine.axis[2].travel_min, -0.123);
+    EXPECT_EQ(machine.keep_out_count, cell.machine.keep_out_count);
+}
+
+TEST(CellClient, RefusesAnotherSchemaAndNamesBoth) {
+    FakeCell cell;
+    cell.schema ^= 1U;
+    CellClient client(cell, options());
+    try {
+        client.connect();
+        FAIL() << "connected";
+    } catch (const CellRefused& refused) {
+        EXPECT_EQ(refused.refusal, Refusal::schema_mismatch);
+        EXPECT_NE(std::string(refused.what()).find("100 schema_mismatch"), std::string::npos) << refused.what();
+        EXPECT_NE(std::string(refused.what()).find("same version"), std::string::npos) << refused.what();
+    }
+}
+
+TEST(CellClient, SaysWhenNobodyAnswers) {
+    FakeCell cell;
+    cell.mute = true;
+    CellClient client(cell, options());
+    EXPECT_THROW(client.connect(), LinkError);
+    EXPECT_EQ(cell.hellos, options().attempts);
+}
+
+TEST(CellClient, SaysWhenTheLinkCloses) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    cell.unplugged = true;
+    EXPECT_THROW(client.pump(client.now() + kSecond), LinkError);
+}
+
+TEST(CellClient, CountsALongSilenceAsALostLink) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    cell.mute = true;
+    EXPECT_NO_THROW(client.pump_until([] { return false; }, 9 * kSecond));
+    EXPECT_THROW(client.pump_until([] { return false; }, 2 * kSecond), LinkError);
+}
+
+TEST(CellClient, BeatsAtLeastThreeTimesWithinTheTimeout) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    client.pump_until([] { return false; }, 2 * kSecond);
+    ASSERT_GT(cell.heartbeats.size(), 60U);
+    for (std::size_t i = 1; i < cell.heartbeats.size(); ++i) {
+        EXPECT_LE((cell.heartbeats[i] - cell.heartbeats[i - 1]).count(), options().heartbeat_timeout.count() / 3);
+    }
+}
+
+TEST(CellClient, DoesEachCommandOnceOverABadLink) {
+    FakeCell cell({.drop = 0.3, .repeat = 0.2, .corrupt = 0.1, .seed = 5});
+    CellClient client(cell, options());
+    client.connect();
+    client.command(link::Verb::enable);
+    for (int i = 0; i < 40; ++i) {
+        client.command(link::Verb::jog, 0, i, 1000);
+    }
+    client.command(link::Verb::disable);
+    EXPECT_EQ(cell.done[link::Verb::enable], 1);
+    EXPECT_EQ(cell.done[link::Verb::jog], 40);
+    EXPECT_EQ(cell.done[link::Verb::disable], 1);
+    EXPECT_GT(client.repeats(), 0U);
+    const WireCounters counters = client.counters();
+    EXPECT_GT(counters.frames_bad, 0U);
+    EXPECT_GT(counters.messages_lost, 0U);
+    EXPECT_GT(counters.messages_repeated, 0U);
+}
+
+TEST(CellClient, ReadsTheMachineOverABadLink) {
+    FakeCell cell({.drop = 0.3, .repeat = 0.2, .corrupt = 0.1, .seed = 9});
+    CellClient client(cell, options());
+    client.connect();
+    EXPECT_EQ(client.read_config().axis[0].travel_max, cell.machine.axis[0].travel_max);
+}
+
+TEST(CellClient, HandsOnARefusalWithItsNumberAndText) {
+    FakeCell cell;
+    cell.refuse[link::Verb::arm] = Refusal::interlock_open;
+    CellClient client(cell, options());
+    client.connect();
+    try {
+        client.command(link::Verb::arm);
+        FAIL() << "accepted";
+    } catch (const CellRefused& refused) {
+        EXPECT_EQ(refused.refusal, Refusal::interlock_open);
+        EXPECT_NE(std::string(refused.what()).find("106"), std::string::npos);
+        EXPECT_NE(std::string(refused.what()).find("arm"), std::string::npos);
+    }
+}
+
+TEST(CellClient, ConnectsAgainWhenTheSessionHasGone) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    cell.hellos = 0;
+    EXPECT_NO_THROW(client.command(link::Verb::enable));
+    EXPECT_EQ(cell.hellos, 1);
+}
+
+TEST(CellClient, SendsTheCompensationAsItIs) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    Compensation compensation;
+    compensation.axis_from_h.row[0] = {1.0, -1e-4, 2e-5};
+    compensation.axis_from_h.row[2] = {0.0, 0.0, 1.0001};
+    compensation.axis_offset = {1e-5, 2e-5, 3e-5};
+    compensation.galvo_from_field = {1.001, 2e-4, -3e-4, 0.999};
+    compensation.galvo_offset = {5e-5, -6e-5};
+    client.set_compensation(compensation);
+    EXPECT_EQ(cell.compensation.axis_matrix,
+              (std::array<double, 9>{1.0, -1e-4, 2e-5, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0001}));
+    EXPECT_EQ(cell.compensation.axis_offset, (std::array<double, 3>{1e-5, 2e-5, 3e-5}));
+    EXPECT_EQ(cell.compensation.galvo_matrix, compensation.galvo_from_field);
+    EXPECT_EQ(cell.compensation.galvo_offset, compensation.galvo_offset);
+}
+
+TEST(CellClient, TellsEachChangeOfStateOnce) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    std::vector<State> seen;
+    client.on_state([&](State /*from*/, State to) { seen.push_back(to); });
+    client.connect();
+    client.command(link::Verb::enable);
+    client.wait_for({State::idle}, kSecond, "enable");
+    client.command(link::Verb::arm);
+    client.wait_for({State::armed}, kSecond, "arm");
+    client.pump_until([] { return false; }, kSecond);
+    EXPECT_EQ(seen.back(), State::armed);
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), State::idle), 1);
+    EXPECT_EQ(std::count(seen.begin(), seen.end(), State::armed), 1);
+}
+
+TEST(CellClient, WaitingEndsWithTheFaultOrInTime) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    EXPECT_THROW(client.wait_for({State::marking}, kSecond, "marking"), CellError);
+    cell.state = State::fault;
+    try {
+        client.wait_for({State::idle}, kSecond, "enable");
+        FAIL() << "no fault";
+    } catch (const CellFault& fault) {
+        EXPECT_EQ(fault.fault, Fault::none);
+    }
+}
+
+TEST(CellClient, StopCheckEndsAnyWait) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    bool stop = false;
+    client.set_stop_check([&] { return stop; });
+    EXPECT_NO_THROW(client.pump(client.now() + kSecond));
+    stop = true;
+    EXPECT_THROW(client.pump(client.now() + kSecond), Interrupted);
+}
+
+}  // namespace
+}  // namespace sc::host

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/link_url.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/bridge/open_transport.hpp"
+#include "host/formats/error.hpp"
+
+namespace sc::host {
+namespace {
+
+TEST(LinkUrl, TakesTheThreeForms) {
+    EXPECT_TRUE(std::holds_alternative<SimulatedUrl>(parse_link_url("sim:")));
+    EXPECT_TRUE(std::holds_alternative<SimulatedUrl>(parse_link_url("sim")));
+    const auto serial = std::get<SerialUrl>(parse_link_url("serial:/dev/ttyUSB0?baud=921600"));
+    EXPECT_EQ(serial.device, "/dev/ttyUSB0");
+    EXPECT_EQ(serial.baud, 921600U);
+    EXPECT_EQ(std::get<SerialUrl>(parse_link_url("serial:/dev/pts/3")).baud, 0U);
+    const auto tcp = std::get<TcpUrl>(parse_link_url("tcp:127.0.0.1:7000"));
+    EXPECT_EQ(tcp.host, "127.0.0.1");
+    EXPECT_EQ(tcp.port, 7000);
+    EXPECT_TRUE(is_simulated("sim:"));
+    EXPECT_FALSE(is_simulated("tcp:localhost:1"));
+}
+
+TEST(LinkUrl, RefusesEverythingElse) {
+    for (const char* url :
+         {"", "usb:1", "sim:x", "serial", "serial:", "serial:?baud=9600", "serial:/dev/x?speed=9",
+          "serial:/dev/x?baud=", "serial:/dev/x?baud=9600x", "serial:/dev/x?baud=-1", "tcp:", "tcp:7000", "tcp::7000",
+          "tcp:host:", "tcp:host:0", "tcp:host:65536", "tcp:host:7000x", "/dev/ttyUSB0"}) {
+        EXPECT_THROW(static_cast<void>(parse_link_url(url)), InputError) << url;
+    }
+}
+
+TEST(LinkUrl, SaysThatCanIsNotBuiltYet) {
+    for (const char* url : {"can:can0", "can0", "canfd:can0"}) {
+        try {
+            static_cast<void>(parse_link_url(url));
+            FAIL() << url;
+        } catch (const InputError& error) {
+            EXPECT_EQ(error.problem(), "SocketCAN link is not built yet");
+            EXPECT_EQ(error.value(), url);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace sc::host

@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/formats/job.hpp"
+
+#include <algorithm>
+
+#include "tests/unit/host/formats/support.hpp"
+
+namespace sc::host {
+namespace {
+
+using test::expect_refusal;
+using test::line_with;
+using test::replaced;
+using test::slurp;
+using test::TempDir;
+
+const std::filesystem::path kExample = SC_SOURCE_DIR "/examples/ras3dm/job.toml";
+
+void expect_bad(const std::string& text, int line, const std::string& value, const std::string& problem) {
+    const TempDir dir;
+    const auto path = dir.write("job.toml", text);
+    expect_refusal([&] { static_cast<void>(read_job(path)); },
+                   {.file = path.string(), .line = line, .value = value, .problem = problem});
+}
+
+/// The example with `from` replaced by `to`; the complaint must name the last line of `to`.
+void expect_bad_edit(const std::string& from, const std::string& to, const std::string& value,
+                     const std::string& problem) {
+    const std::string text = replaced(slurp(kExample), from, to);
+    const auto lines = static_cast<int>(std::ranges::count(to, '\n'));
+    expect_bad(text, line_with(text, to) + lines, value, problem);
+}
+
+TEST(ReadJob, ReadsTheExample) {
+    const Job job = read_job(kExample);
+    EXPECT_EQ(job.name, "ras3dm");
+    EXPECT_EQ(job.table, kExample.parent_path() / "table1.csv");
+    EXPECT_EQ(job.calibration, kExample.parent_path() / "calibration.toml");
+    ASSERT_TRUE(job.cross);
+    EXPECT_EQ(job.cross->size, Length::from_si(4e-3));
+    EXPECT_EQ(job.cross->settings.actuator, Actuator::galvo);
+    EXPECT_EQ(job.cross->settings.speed, Speed::from_si(0.25));
+    EXPECT_EQ(job.cross->settings.pitch, Length::from_si(20.0 / 1e6));
+    EXPECT_EQ(job.cross->settings.energy, Energy::from_si(300.0 / 1e6));
+    EXPECT_EQ(job.cross->settings.passes, 1);
+    EXPECT_EQ(job.cross->settings.tolerance, Length::from_si(5e-6)) << "the default";
+    ASSERT_TRUE(job.datum_line);
+    EXPECT_EQ(job.datum_line->length, Length::from_si(0.06));
+    EXPECT_EQ(job.datum_line->settings.actuator, Actuator::axes);
+    EXPECT_TRUE(job.c_from_w);
+    ASSERT_EQ(job.faces.size(), 4U);
+    EXPECT_TRUE(job.faces[0].points.empty());
+    EXPECT_EQ(job.faces[0].frame, PlaceFrame::h);
+    EXPECT_EQ(job.faces[1].angle_deg, 90.0);
+    EXPECT_EQ(job.faces[1].frame, PlaceFrame::c);
+    EXPECT_EQ(job.faces[1].points, kExample.parent_path() / "face90_c.csv");
+    ASSERT_TRUE(job.faces[1].datum_line);
+    EXPECT_EQ(job.faces[1].datum_line->frame, PlaceFrame::w);
+    EXPECT_GT(job.faces[1].datum_line->line, job.faces[1].line);
+}
+
+TEST(ReadJob, RefusesAMissingFileAndBadToml) {
+    expect_refusal([] { static_cast<void>(read_job("no/job.toml")); },
+                   {.file = "no/job.toml", .problem = "no such file"});
+    expect_bad("", 0, "format", "key is missing");
+    expect_bad("format = \n", 1, "format =", "is not TOML");
+    expect_bad_edit("size_mm = 4.0", "size_mm = 4,0", "size_mm = 4,0", "decimal comma");
+    expect_bad_edit("[cross]", "[cross", "[cross", "is not TOML");
+}
+
+TEST(ReadJob, RefusesAnotherFormatAndANewerVersion) {
+    expect_bad_edit("scribecell-job", "scribecell-part", "scribecell-part", "another kind of file");
+    expect_bad_edit("version = 1", "version = 2", "2", "newer than this program");
+    expect_bad_edit("version = 1", "version = \"1\"", "1", "not a whole number");
+}
+
+TEST(ReadJob, NamesMissingKeys) {
+    const std::string good = slurp(kExample);
+    expect_bad(replaced(good, "name = \"ras3dm\"\n", ""), 0, "name", "key is missing");
+    expect_bad(replaced(good, "table = \"table1.csv\"\n", ""), 0, "table", "key is missing");
+    expect_bad(replaced(good, "calibration = \"calibration.toml\"\n", ""), 0, "calibration", "key is missing");
+    expect_bad(replaced(good, "size_mm = 4.0\n", ""), line_with(good, "[cross]"), "cross.size_mm", "key is missing");
+    expect_bad(replaced(good, "frame = \"h\"\n", ""), line_with(good, "[[face]]"), "face.frame", "key is missing");
+    expect_bad(good.substr(0, good.find("[[face]]")), 0, "face", "key is missing");
+}
+
+TEST(ReadJob, NamesUnknownAndRepeatedKeys) {
+    expect_bad_edit("size_mm = 4.0", "size_mm = 4.0\nsise_mm = 4.0", "cross.sise_mm", "unknown key");
+    const std::string text = replaced(slurp(kExample), "table = ", "colour = \"red\"\ntable = ");
+    expect_bad(text, line_with(text, "colour"), "colour", "unknown key");
+    const std::string twice = replaced(slurp(kExample), "table = ", "name = \"again\"\ntable = ");
+    expect_bad(twice, line_with(twice, "name = \"again\""), "name = \"again\"", "is not TOML");
+}
+
+TEST(ReadJob, NamesBadValues) {
+    expect_bad_edit("size_mm = 4.0", "size_mm = \"4.0\"", "4.0", "cross.size_mm is not a number");
+    expect_bad_edit("size_mm = 4.0", "size_mm = nan", "nan", "not a finite number");
+    expect_bad_edit("size_mm = 4.0", "size_mm = -inf", "-inf", "not a finite number");
+    expect_bad_edit("size_mm = 4.0", "size_mm = -4.0", "-4.0", "out of range");
+    expect_bad_edit("speed_mm_s = 250.0", "speed_mm_s = 0.0", "0.0", "out of range");
+    expect_bad_edit("passes = 1", "passes = 0", "0", "out of range");
+    expect_bad_edit("passes = 1", "passes = 256", "256", "out of range");
+    expect_bad_edit("actuator = \"galvo\"", "actuator = \"mirror\"", "mirror", "unknown value");
+    expect_bad_edit("frame = \"h\"", "frame = \"H\"", "H", "unknown value");
+    expect_bad_edit("points = \"face90_c.csv\"", "points = 7", "7", "not a text");
+    expect_bad_edit("[cross]\nsize_mm = 4.0", "[cross]\nsize_mm = [4.0]", "a list", "not a number");
+}
+
+TEST(ReadJob, RefusesAMirrorAndWhatIsNoRotation) {
+    const std::string good = slurp(kExample);
+    const int line = line_with(good, "rotation = [");
+    const std::string row = "[0.784392369711, 0.007221264242, 0.620222914509]";
+    const std::string mirrored = replaced(good, row, "[-0.784392369711, -0.007221264242, -0.620222914509]");
+    const std::string skewed = replaced(good, row, "[0.7844, 0.0072, 0.6202]");
+    const TempDir dir;
+    for (const auto& [text, word] : {std::pair{mirrored, "left-handed"}, std::pair{skewed, "not orthonormal"}}) {
+        try {
+            static_cast<void>(read_job(dir.write("job.toml", text)));
+            FAIL() << word;
+        } catch (const InputError& error) {
+            EXPECT_NE(error.problem().find(word), std::string::npos) << error.what();
+            EXPECT_EQ(error.line(), line);
+            EXPECT_FALSE(error.value().empty());
+        }
+    }
+}
+
+TEST(ReadJob, RefusesWhatContradictsItself) {
+    expect_bad_edit("angle_deg = 180.0", "angle_deg = 90 # again", "90.0", "appears twice");
+    const std::string good = slurp(kExample);
+    expect_bad(replaced(good, "frame = \"h\"", "frame = \"c\""), line_with(good, "frame = \"h\""), "c",
+               "does not suit the table");
+    const std::size_t from = good.find("# c_from_w");
+    std::string text = good;
+    text.erase(from, good.find("[[face]]") - from);
+    expect_bad(text, line_with(text, "[face.line]"), "w", "needs the workpiece's place");
+    text = good;
+    const std::size_t cross = good.find("[cross]");
+    text.erase(cross, good.find("# c_from_w") - cross);
+    expect_bad(text, 0, "cross", "key is missing");
+}
+
+TEST(ReadJob, RefusesALineWithoutLength) {
+    const std::string good = slurp(kExample);
+    const std::string from =
+        good.substr(good.find("from_mm"), good.find('\n', good.find("from_mm")) - good.find("from_mm"));
+    const std::string to = good.substr(good.find("to_mm"), good.find('\n', good.find("to_mm")) - good.find("to_mm"));
+    const std::string text = replaced(good, to, replaced(from, "from_mm", "to_mm"));
+    expect_bad(text, line_with(text, "to_mm"), "169.6523", "makes no line");
+}
+
+TEST(WriteJob, RoundTripsInAnotherFolder) {
+    const TempDir dir;
+    std::filesystem::create_directories(dir / "sub");
+    const auto path = (dir / "sub") / "copy.toml";
+    const Job job = read_job(kExample);
+    write_job(path, job);
+    const Job again = read_job(path);
+    EXPECT_EQ(again.name, job.name);
+    EXPECT_EQ(std::filesystem::weakly_canonical(again.table), std::filesystem::weakly_canonical(job.table));
+    EXPECT_EQ(again.cross, job.cross);
+    EXPECT_EQ(again.datum_line, job.datum_line);
+    EXPECT_EQ(again.c_from_w, job.c_from_w);
+    ASSERT_EQ(again.faces.size(), job.faces.size());
+    for (std::size_t i = 0; i < job.faces.size(); ++i) {
+        EXPECT_EQ(again.faces[i].angle_deg, job.faces[i].angle_deg);
+        EXPECT_EQ(again.faces[i].frame, job.faces[i].frame);
+        EXPECT_EQ(std::filesystem::weakly_canonical(again.faces[i].points),
+                  std::filesystem::weakly_canonical(job.faces[i].points));
+        ASSERT_EQ(again.faces[i].datum_line.has_value(), job.faces[i].datum_line.has_value());
+    }
+    EXPECT_EQ(again.faces[1].datum_line->from, job.faces[1].datum_line->from);
+    EXPECT_EQ(again.faces[1].datum_line->to, job.faces[1].datum_line->to);
+}
+
+TEST(WriteJob, WritesNothingThatWouldBeRefused) {
+    const TempDir dir;
+    Job job = read_job(kExample);
+    job.faces.clear();
+    EXPECT_THROW(write_job(dir / "job.toml", job), InputError);
+    EXPECT_EQ(dir.files(), 0U);
+}
+
+}  // namespace
+}  // namespace sc::host

@@ -1,0 +1,16 @@
+# SPDX-License-Identifier: Apache-2.0
+sc_test(host_verification_burns_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/burn_finder_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/line_fit_test.cpp
+  DEPS host_verification)
+sc_test(host_verification_samples_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/sample_checker_test.cpp
+  DEPS host_verification)
+sc_test(host_verification_accuracy_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/accuracy_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/error_fit_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/world_errors_test.cpp
+  DEPS host_verification)
+sc_test(host_verification_report_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/report_test.cpp
+  DEPS host_verification)
