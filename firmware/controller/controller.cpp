@@ -35,7 +35,7 @@ bool Controller::homed() const noexcept {
     return true;
 }
 
-void Controller::advance_states(const ServoInputs& in) noexcept {
+void Controller::advance_states() noexcept {
     switch (state()) {
         case State::boot:
             if (drives_seen_.all_present) {
@@ -206,7 +206,7 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     watch_drives(in);
     watch_link(in);
     try_reset(in);
-    advance_states(in);
+    advance_states();
     mo_.step(state());
 
     const AxisPositions before = runner_.set_point();

@@ -58,7 +58,7 @@ private:
     [[nodiscard]] std::uint64_t present_faults(const ServoInputs& in) const noexcept;
     void try_reset(const ServoInputs& in) noexcept;
 
-    void advance_states(const ServoInputs& in) noexcept;
+    void advance_states() noexcept;
     void advance_stop() noexcept;
     void close_job() noexcept;
     void gate(const ServoInputs& in, ServoOutputs& out) noexcept;

@@ -256,7 +256,7 @@ void JobRunner::begin_jump() noexcept {
     }
     move_.begin({field_x_, 0.0, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
     phase_ = Phase::jump;
-    phase_tick_ = tick_;
+    phase_tick_ = tick_ + 1;  // this tick's frames are out already
 }
 
 void JobRunner::start_jog(Axis axis, double distance, double speed) noexcept {
