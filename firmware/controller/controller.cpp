@@ -12,8 +12,9 @@ constexpr std::uint8_t axis_bit(Axis axis) noexcept { return static_cast<std::ui
 
 /// Axes that a stage of homing moves: y first, so that x, z and C turn in the clear.
 constexpr std::uint8_t home_axes(std::uint8_t stage) noexcept {
-    return stage == 0 ? axis_bit(Axis::y)
-                      : (stage == 1 ? static_cast<std::uint8_t>(axis_bit(Axis::x) | axis_bit(Axis::z)) : axis_bit(Axis::c));
+    return stage == 0
+               ? axis_bit(Axis::y)
+               : (stage == 1 ? static_cast<std::uint8_t>(axis_bit(Axis::x) | axis_bit(Axis::z)) : axis_bit(Axis::c));
 }
 
 }  // namespace
@@ -181,7 +182,8 @@ void Controller::follow_drives() noexcept {
 void Controller::drive(const ServoInputs& in, ServoOutputs& out) noexcept {
     drives::Request request;
     const bool stopping_in_fault = state() == State::fault && !runner_.at_rest();
-    // Where an encoder may lie no ramp can be trusted: the power goes at once. Other faults of the axes end in the drives' own ramp.
+    // Where an encoder may lie no ramp can be trusted: the power goes at once. Other faults of the axes end in the
+    // drives' own ramp.
     constexpr std::uint64_t kBlind = fault_bit(Fault::following_error) | fault_bit(Fault::encoder_frozen);
     constexpr std::uint64_t kByDrives = fault_bit(Fault::drive_fault) | fault_bit(Fault::drive_lost) |
                                         fault_bit(Fault::homing_failed) | fault_bit(Fault::soft_limit) |

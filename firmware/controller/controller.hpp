@@ -14,11 +14,11 @@
 
 namespace sc {
 
-/// The whole controller of a cell: two pure steps that a board calls. No clock, no I/O, no heap, no blocking. About 1 MB;
-/// give it static storage.
+/// The whole controller of a cell: two pure steps that a board calls. No clock, no I/O, no heap, no blocking. About 1
+/// MB; give it static storage.
 ///
-/// Order within a tick: link in, events, faults, motion, watches, gate, drives, link out. The set-points of this tick are
-/// watched in this tick; the drives' answers are those of the last.
+/// Order within a tick: link in, events, faults, motion, watches, gate, drives, link out. The set-points of this tick
+/// are watched in this tick; the drives' answers are those of the last.
 class Controller {
 public:
     /// `boot_id` should differ at each start.
@@ -26,8 +26,9 @@ public:
 
     /// Each control period, hard. Bounded by the frames, bytes and pulses of one tick.
     void servo_step(const ServoInputs& in, ServoOutputs& out) noexcept;
-    /// Look-ahead planning: up to `units` elements of work. Pre-emptible by servo_step on boards that make it so; what it does takes
-    /// effect at a tick that was fixed when the task began. A board that gives fewer than motion::kUnitsPerTick a tick is late.
+    /// Look-ahead planning: up to `units` elements of work. Pre-emptible by servo_step on boards that make it so; what
+    /// it does takes effect at a tick that was fixed when the task began. A board that gives fewer than
+    /// motion::kUnitsPerTick a tick is late.
     void plan_step(std::uint32_t units) noexcept { runner_.work(units); }
 
     [[nodiscard]] State state() const noexcept { return supervisor_.state(); }
@@ -76,7 +77,7 @@ private:
     JobRunner runner_;
 
     drives::Outcome drives_seen_{};
-    std::uint8_t home_stage_ = 0;        ///< 0: y, 1: x and z, 2: C
+    std::uint8_t home_stage_ = 0;  ///< 0: y, 1: x and z, 2: C
     bool job_open_ = false;
     bool job_done_ = false;
     std::uint32_t job_items_ = 0;
@@ -87,7 +88,7 @@ private:
     std::int64_t reset_deadline_ = 0;
     bool reset_drives_ = false;
     bool cancel_ = false;
-    bool pulses_before_ = false;         ///< the last tick's outputs held pulses
+    bool pulses_before_ = false;  ///< the last tick's outputs held pulses
     std::uint32_t pulses_total_ = 0;
     std::uint32_t starvations_ = 0;
     std::int64_t stale_ticks_ = 0;

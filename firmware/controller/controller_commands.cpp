@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/controller.hpp"
-
 #include "shared/math/scalar.hpp"
 
 namespace sc {
@@ -9,10 +8,10 @@ namespace {
 using safety::Event;
 
 constexpr std::int64_t kResetPatienceTicks = 500;
-constexpr double kJogLargest = 0.010;         ///< m in one step
-constexpr double kJogLargestTurn = 10.0;      ///< degrees
-constexpr double kJogFastest = 0.05;          ///< m/s
-constexpr double kJogFastestTurn = 20.0;      ///< °/s
+constexpr double kJogLargest = 0.010;     ///< m in one step
+constexpr double kJogLargestTurn = 10.0;  ///< degrees
+constexpr double kJogFastest = 0.05;      ///< m/s
+constexpr double kJogFastestTurn = 20.0;  ///< °/s
 
 bool finite(double v) noexcept { return v >= -1e300 && v <= 1e300; }
 
@@ -159,8 +158,7 @@ Controller::Verdict Controller::jog(const link::Command& command) noexcept {
     }
     AxisPositions end = runner_.set_point();
     end[index(axis)] += rounded(distance * (turn ? kNdegPerDegree : kPmPerMetre));
-    const bool retracted =
-        static_cast<double>(end[index(Axis::y)]) / kPmPerMetre >= machine_.y_retracted.si() - 1e-6;
+    const bool retracted = static_cast<double>(end[index(Axis::y)]) / kPmPerMetre >= machine_.y_retracted.si() - 1e-6;
     if (absolute(distance) > (turn ? kJogLargestTurn : kJogLargest) || (turn && !retracted) ||
         safety::check_travel(machine_, end) || safety::check_keep_out(machine_, runner_.set_point(), end)) {
         return {Refusal::jog_out_of_range, command.arg0};

@@ -23,7 +23,9 @@ void Controller::trip(Fault fault, std::uint8_t axis, std::int64_t tick) noexcep
 }
 
 void Controller::watch_inputs(const ServoInputs& in) noexcept {
-    const auto seen = [&](GuardCause cause) noexcept { return (in.guard_causes & static_cast<std::uint8_t>(cause)) != 0; };
+    const auto seen = [&](GuardCause cause) noexcept {
+        return (in.guard_causes & static_cast<std::uint8_t>(cause)) != 0;
+    };
     if (safety::powered_state(state()) && (!in.digital.estop_closed || seen(GuardCause::estop))) {
         trip(Fault::estop_open, safety::kNoAxis, in.tick);
     }
@@ -101,9 +103,7 @@ void Controller::watch_link(const ServoInputs& in) noexcept {
                 }
             }
             break;
-        case State::held:
-            (void)supervisor_.post(Event::link_silent);
-            break;
+        case State::held: (void)supervisor_.post(Event::link_silent); break;
         case State::held_link:
             if ((in.tick - silent_since_) * machine_.control_period_ns >= machine_.held_link_timeout_ns) {
                 trip(Fault::link_lost, safety::kNoAxis, in.tick);

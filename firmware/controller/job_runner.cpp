@@ -98,7 +98,8 @@ bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexce
     return true;
 }
 
-// --- items --------------------------------------------------------------------------------------------------------------
+// --- items
+// --------------------------------------------------------------------------------------------------------------
 
 void JobRunner::take_item(ItemQueue& items) noexcept {
     const Item* front = items.front();
@@ -218,7 +219,8 @@ void JobRunner::feed(ItemQueue& items) noexcept {
     }
 }
 
-// --- dark moves -----------------------------------------------------------------------------------------------------------
+// --- dark moves
+// -----------------------------------------------------------------------------------------------------------
 
 void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept {
     const Vec3 from{place_[kX], place_[kY], place_[kZ]};
@@ -332,7 +334,8 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
     }
 }
 
-// --- the path ---------------------------------------------------------------------------------------------------------------
+// --- the path
+// ---------------------------------------------------------------------------------------------------------------
 
 void JobRunner::galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept {
     const auto counts = laser::galvo_counts(x, z, compensation_, machine_.galvo.counts_per_metre);
@@ -410,7 +413,8 @@ void JobRunner::finish_path() noexcept {
     at_rest_ = stopping_;
 }
 
-// --- the tick ---------------------------------------------------------------------------------------------------------------
+// --- the tick
+// ---------------------------------------------------------------------------------------------------------------
 
 void JobRunner::request_stop() noexcept {
     if (stopping_) {

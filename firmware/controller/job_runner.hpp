@@ -22,8 +22,9 @@ struct ItemRefusal {
     std::int64_t value = 0;  ///< wire units of the axis
 };
 
-/// Runs a job item by item: turns, the dark way to each path, the path itself with its pulses, and single moves (jogs). Knows where
-/// the beam is commanded to be at any time. Servo context, once a tick; the planner's work() is called from the plan step.
+/// Runs a job item by item: turns, the dark way to each path, the path itself with its pulses, and single moves (jogs).
+/// Knows where the beam is commanded to be at any time. Servo context, once a tick; the planner's work() is called from
+/// the plan step.
 class JobRunner {
 public:
     explicit JobRunner(const MachineConfig& machine) noexcept;
@@ -74,10 +75,10 @@ private:
         next_item,
         turn_retract,
         turn_c,
-        open_path,     ///< points until the start of the run-in is known
-        travel_across, ///< x and z at the retracted y
+        open_path,      ///< points until the start of the run-in is known
+        travel_across,  ///< x and z at the retracted y
         travel_in,
-        jump,          ///< mirrors to the path's start, or to zero
+        jump,  ///< mirrors to the path's start, or to zero
         settle,
         await_plan,
         path,
@@ -118,13 +119,13 @@ private:
     bool at_rest_ = true;
     bool stopping_ = false;
     bool waiting_ = false;
-    bool path_closed_ = false;   ///< the path's end has come
+    bool path_closed_ = false;  ///< the path's end has come
     std::int64_t tick_ = 0;
-    std::int64_t phase_tick_ = 0; ///< tick at which the phase's time began
-    std::int64_t rest_ticks_ = 0; ///< ticks since the stage last moved
-    motion::Place place_{};       ///< commanded place of the axes in h, and C
-    motion::Place target_{};      ///< where the present stage move was to end
-    double field_x_ = 0.0;        ///< commanded galvo place relative to the axes, m
+    std::int64_t phase_tick_ = 0;  ///< tick at which the phase's time began
+    std::int64_t rest_ticks_ = 0;  ///< ticks since the stage last moved
+    motion::Place place_{};        ///< commanded place of the axes in h, and C
+    motion::Place target_{};       ///< where the present stage move was to end
+    double field_x_ = 0.0;         ///< commanded galvo place relative to the axes, m
     double field_z_ = 0.0;
     AxisPositions set_point_{};
     PathBegin path_;

@@ -6,10 +6,10 @@
 namespace sc::laser {
 namespace {
 
-constexpr double kExact = 1e-12;          // m: the place of a pulse is solved to this
+constexpr double kExact = 1e-12;  // m: the place of a pulse is solved to this
 constexpr int kSolveSteps = 24;
 constexpr std::int64_t kRunTolerance = 512;  // 1/256 ns: 2 ns, 4 nm at 2 m/s
-constexpr double kEndSlack = 1e-9;        // m: a pulse this near beyond the end still belongs to the path
+constexpr double kEndSlack = 1e-9;           // m: a pulse this near beyond the end still belongs to the path
 
 /// Time of trigger k of a run, 1/256 ns.
 std::int64_t trigger(const LaserRun& run, std::int64_t k) noexcept {
@@ -24,8 +24,8 @@ bool extend(LaserRun& run, std::int64_t last, std::int64_t t, const Firing& firi
     if (run.count == 1) {
         run.period_ns256 = t - run.t0_ns * 256;
     } else if (run.count == 2) {
-        run.change_ns256 = static_cast<std::int32_t>(
-            clamped(static_cast<double>((t - last) - run.period_ns256), -2e9, 2e9));
+        run.change_ns256 =
+            static_cast<std::int32_t>(clamped(static_cast<double>((t - last) - run.period_ns256), -2e9, 2e9));
     }
     const std::int64_t error = trigger(run, run.count) - t;
     if (error > kRunTolerance || error < -kRunTolerance) {
@@ -96,8 +96,8 @@ PulsePlacer::Solved PulsePlacer::solve(const motion::Planner& planner, double di
 
 void PulsePlacer::emit(const motion::Planner& planner, const Solved& solved, std::int64_t act_ns,
                        ServoOutputs& out) noexcept {
-    const Firing firing = firing_at(
-        solved.state.speed * planner.elements().at(solved.state.element).stretch_at(solved.state.tau), spec_);
+    const Firing firing =
+        firing_at(solved.state.speed * planner.elements().at(solved.state.element).stretch_at(solved.state.tau), spec_);
     if (!firing.possible) {
         ++withheld_;
         return;

@@ -8,11 +8,12 @@
 #include "firmware/hal/io.hpp"
 #include "firmware/motion/planner.hpp"
 
-/// Pulses at equal distance along the path. Pulse k of a pass belongs at mark begin + k · pitch; the time at which the planned
-/// beam is there is solved from the time law, so pitch does not depend on speed, and nothing is accumulated from tick to tick.
+/// Pulses at equal distance along the path. Pulse k of a pass belongs at mark begin + k · pitch; the time at which the
+/// planned beam is there is solved from the time law, so pitch does not depend on speed, and nothing is accumulated
+/// from tick to tick.
 ///
-/// The source runs at `pick` times the pulse rate, within (nominal/2, nominal], and its power byte is scaled with that rate, so
-/// that the energy of a pulse stays while the speed changes.
+/// The source runs at `pick` times the pulse rate, within (nominal/2, nominal], and its power byte is scaled with that
+/// rate, so that the energy of a pulse stays while the speed changes.
 
 namespace sc::laser {
 
@@ -40,8 +41,8 @@ public:
     /// Begins a pass at pulse 0.
     void open(const PulseSpec& spec) noexcept;
     /// All pulses with path times in [from, to), in order, into out.pulses and (as runs with absolute times) out.laser.
-    /// `act` is the control time in ns that belongs to path time 0, latencies included. Appends; stops at the capacity of
-    /// either, which 512 kHz does not reach. Servo context; some 300 operations a pulse.
+    /// `act` is the control time in ns that belongs to path time 0, latencies included. Appends; stops at the capacity
+    /// of either, which 512 kHz does not reach. Servo context; some 300 operations a pulse.
     void place(const motion::Planner& planner, double from, double to, std::int64_t act_ns, ServoOutputs& out) noexcept;
 
     [[nodiscard]] std::uint32_t next_pulse() const noexcept { return next_; }

@@ -24,8 +24,8 @@ namespace sc::laser {
     return word | (parity & 1U);
 }
 
-/// Counts for a place in the field (metres about its centre), through the calibrated field correction. Clamped to 16 bits.
-/// 100 kHz context: no division, no root.
+/// Counts for a place in the field (metres about its centre), through the calibrated field correction. Clamped to 16
+/// bits. 100 kHz context: no division, no root.
 [[nodiscard]] std::array<std::int16_t, 2> galvo_counts(double x, double z, const Compensation& compensation,
                                                        double counts_per_metre) noexcept;
 

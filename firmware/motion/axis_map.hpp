@@ -20,7 +20,8 @@ namespace sc::motion {
             rounded(place[3] * kNdegPerDegree)};
 }
 
-/// The place whose set-points are `axes`. The map is within 1e-3 of identity, so each round of the fixed point gains three digits.
+/// The place whose set-points are `axes`. The map is within 1e-3 of identity, so each round of the fixed point gains
+/// three digits.
 [[nodiscard]] constexpr Place place_of(const Compensation& compensation, const AxisPositions& axes) noexcept {
     const Vec3 wanted{static_cast<double>(axes[0]) / kPmPerMetre, static_cast<double>(axes[1]) / kPmPerMetre,
                       static_cast<double>(axes[2]) / kPmPerMetre};

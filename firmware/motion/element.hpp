@@ -11,10 +11,11 @@
 /// Geometry of a path: straight lines, and blends that round a corner within the tolerance.
 ///
 /// A path is measured by its parameter tau, which is true length on lines. A blend of length 2h about a corner has the
-/// derivative d1 + (d2 − d1) w(u) with u = tau / 2h and w = 3u² − 2u³: it takes exactly h from both lines, its second derivative starts
-/// and ends at zero, and it leaves the corner by 3/16 · h · |d2 − d1| at most (at its middle; w integrates to 3/32 of 2h there).
-/// Blends are passed at constant speed, so with q'' ≤ 1.5 |Δd| / 2h and q''' ≤ 6 |Δd| / (2h)² per axis the speed that keeps each
-/// axis' acceleration and jerk follows in closed form. Lines take all changes of speed.
+/// derivative d1 + (d2 − d1) w(u) with u = tau / 2h and w = 3u² − 2u³: it takes exactly h from both lines, its second
+/// derivative starts and ends at zero, and it leaves the corner by 3/16 · h · |d2 − d1| at most (at its middle; w
+/// integrates to 3/32 of 2h there). Blends are passed at constant speed, so with q'' ≤ 1.5 |Δd| / 2h and q''' ≤ 6 |Δd|
+/// / (2h)² per axis the speed that keeps each axis' acceleration and jerk follows in closed form. Lines take all
+/// changes of speed.
 
 namespace sc::motion {
 
@@ -31,18 +32,18 @@ struct AxisLimits {
 struct Element {
     enum class Kind : std::uint8_t { line, blend };
     Kind kind = Kind::line;
-    bool stop_at_end = false;     ///< a corner that cannot be rounded within the tolerance
+    bool stop_at_end = false;  ///< a corner that cannot be rounded within the tolerance
     LimitedBy limited = LimitedBy::path_speed;
-    std::uint32_t item = 0;       ///< the point item at or before its start
-    double start = 0.0;           ///< tau at its start
-    double length = 0.0;          ///< in tau
-    double distance = 0.0;        ///< true path length at its start
+    std::uint32_t item = 0;  ///< the point item at or before its start
+    double start = 0.0;      ///< tau at its start
+    double length = 0.0;     ///< in tau
+    double distance = 0.0;   ///< true path length at its start
     double true_length = 0.0;
-    double cap = 0.0;             ///< highest speed (d tau / dt)
-    TangentLimits limits;         ///< lines only
+    double cap = 0.0;      ///< highest speed (d tau / dt)
+    TangentLimits limits;  ///< lines only
     Place origin{};
-    Place d1{};                   ///< direction at its start: unit length over x, y, z (or ±1 in C alone)
-    Place d2{};                   ///< blends: direction at the end
+    Place d1{};  ///< direction at its start: unit length over x, y, z (or ±1 in C alone)
+    Place d2{};  ///< blends: direction at the end
 
     [[nodiscard]] double end() const noexcept { return start + length; }
     /// Place at tau, start ≤ tau ≤ end.

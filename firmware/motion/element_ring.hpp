@@ -9,7 +9,8 @@
 
 namespace sc::motion {
 
-/// Elements of the present path, numbered from 0. Some that have been passed are kept, so that a held path can be backed up.
+/// Elements of the present path, numbered from 0. Some that have been passed are kept, so that a held path can be
+/// backed up.
 class ElementRing {
 public:
     static constexpr std::size_t kCapacity = 768;

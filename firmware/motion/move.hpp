@@ -9,16 +9,18 @@
 
 namespace sc::motion {
 
-/// One straight dark move from rest to rest within the axes' limits: travel, retract, turn, jog, galvo jump. Closed form, so it needs
-/// no plan step: begin() costs some 4 000 operations at worst.
+/// One straight dark move from rest to rest within the axes' limits: travel, retract, turn, jog, galvo jump. Closed
+/// form, so it needs no plan step: begin() costs some 4 000 operations at worst.
 class Move {
 public:
-    /// From a place to another. A move of no length is done at once. `speed` further limits the path speed (base units / s).
+    /// From a place to another. A move of no length is done at once. `speed` further limits the path speed (base units
+    /// / s).
     void begin(const Place& from, const Place& to, const AxisLimits& limits, double speed) noexcept;
     /// Where the move is at `t` seconds after its begin; its end place from then on.
     [[nodiscard]] Place at(double t) const noexcept;
     [[nodiscard]] double speed(double t) const noexcept;
-    /// Comes to rest as soon as the limits allow, on the line. Ends where it stops. A move that is braking already just ends.
+    /// Comes to rest as soon as the limits allow, on the line. Ends where it stops. A move that is braking already just
+    /// ends.
     void stop(double t) noexcept;
     [[nodiscard]] bool done(double t) const noexcept { return t >= end_; }
     [[nodiscard]] double duration() const noexcept { return end_; }

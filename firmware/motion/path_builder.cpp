@@ -6,10 +6,10 @@
 namespace sc::motion {
 namespace {
 
-constexpr double kSamePlace = 1e-9;      // m
-constexpr double kStraight = 1e-9;       // |d2 − d1| below which two lines are one
-constexpr double kSharpest = -0.5;       // cosine of the sharpest corner that is rounded
-constexpr double kLargestShare = 0.4;    // of the shorter neighbour that a blend may take
+constexpr double kSamePlace = 1e-9;    // m
+constexpr double kStraight = 1e-9;     // |d2 − d1| below which two lines are one
+constexpr double kSharpest = -0.5;     // cosine of the sharpest corner that is rounded
+constexpr double kLargestShare = 0.4;  // of the shorter neighbour that a blend may take
 constexpr double kBlendDeviation = 0.1875;
 
 double linear_dot(const Place& a, const Place& b) noexcept { return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]; }
@@ -49,11 +49,11 @@ void PathBuilder::corner(const Place& direction, double length, ElementRing& rin
         line_from_ = vertex_;
         line_length_ = length;
     } else {
-        const double half = smaller(spec_.tolerance / (kBlendDeviation * bend),
-                                    kLargestShare * smaller(segment_length_, length));
+        const double half =
+            smaller(spec_.tolerance / (kBlendDeviation * bend), kLargestShare * smaller(segment_length_, length));
         emit_line(line_length_ - half, false, ring);
-        Element blend = make_blend(along(vertex_, direction_, -half), direction_, direction, half, spec_.speed,
-                                   spec_.limits);
+        Element blend =
+            make_blend(along(vertex_, direction_, -half), direction_, direction, half, spec_.speed, spec_.limits);
         blend.item = item_;
         ring.append(blend);
         line_from_ = along(vertex_, direction, half);

@@ -14,9 +14,10 @@ struct PathSpec {
     AxisLimits limits;
 };
 
-/// Turns points into elements one by one: lines, and a blend at each corner that the tolerance allows to round. The first line is
-/// extended backward by the run-in and the last forward by the run-out, each the distance to full speed, so that the marked part is
-/// passed moving. A corner sharper than 120°, or any corner of a path without tolerance, is a stop.
+/// Turns points into elements one by one: lines, and a blend at each corner that the tolerance allows to round. The
+/// first line is extended backward by the run-in and the last forward by the run-out, each the distance to full speed,
+/// so that the marked part is passed moving. A corner sharper than 120°, or any corner of a path without tolerance, is
+/// a stop.
 ///
 /// Cost: bounded, some 600 operations a point. Appends at most two elements a point: keep two free.
 class PathBuilder {
@@ -45,14 +46,14 @@ private:
     bool has_direction_ = false;
     bool finished_ = false;
     Place start_{};
-    Place vertex_{};           ///< last point
-    Place direction_{};        ///< of the segment that ends there
-    Place line_from_{};        ///< where the not yet emitted line begins
-    double line_length_ = 0.0; ///< from there to the vertex
+    Place vertex_{};            ///< last point
+    Place direction_{};         ///< of the segment that ends there
+    Place line_from_{};         ///< where the not yet emitted line begins
+    double line_length_ = 0.0;  ///< from there to the vertex
     double segment_length_ = 0.0;
     double run_in_ = 0.0;
     double mark_end_ = 0.0;
-    std::uint32_t item_ = 0;   ///< of the point where the pending line begins
+    std::uint32_t item_ = 0;  ///< of the point where the pending line begins
     std::uint32_t vertex_item_ = 0;
 };
 

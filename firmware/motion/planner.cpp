@@ -8,8 +8,8 @@ namespace {
 
 /// Pieces that one element can take: a profile has seven phases at most.
 constexpr std::size_t kPiecesPerElement = 7;
-/// A task takes kPublishTicks. When one is begun the law must reach two of them further, so that after it there is still time for a
-/// stop; where it does not, that stop is begun now.
+/// A task takes kPublishTicks. When one is begun the law must reach two of them further, so that after it there is
+/// still time for a stop; where it does not, that stop is begun now.
 constexpr double kTaskTicks = static_cast<double>(kPublishTicks);
 constexpr double kReserveTicks = 2.0 * kTaskTicks + 0.5;
 
@@ -180,9 +180,8 @@ void Planner::step_forward() noexcept {
         return;
     }
     const Span span = forward_span(next_, next_tau_);
-    double after = next_ + 1 == window_end_ || span.stop_after
-                       ? 0.0
-                       : entry_speed_[(next_ + 1) % ElementRing::kCapacity];
+    double after =
+        next_ + 1 == window_end_ || span.stop_after ? 0.0 : entry_speed_[(next_ + 1) % ElementRing::kCapacity];
     after = smaller(smaller(after, span.cap),
                     span.blend ? next_speed_ : reachable_speed(next_speed_, span.length, span.limits));
     append_span(span, next_speed_, after, 1.0, next_time_);
@@ -235,7 +234,8 @@ void Planner::append_span(const Span& span, double v0, double v1, double sign, d
     }
 }
 
-// --- stop on the path -------------------------------------------------------------------------------------------------
+// --- stop on the path
+// -------------------------------------------------------------------------------------------------
 
 void Planner::plan_stop() noexcept {
     to_splice_ = true;
@@ -297,10 +297,12 @@ void Planner::plan_stop() noexcept {
     next_time_ = time;
 }
 
-// --- resume -----------------------------------------------------------------------------------------------------------
+// --- resume
+// -----------------------------------------------------------------------------------------------------------
 
 double Planner::back_up_to(double distance, std::uint32_t& number) const noexcept {
-    // From the element that holds the place back to one on a line, with the run-in's length or a whole line to gain speed on.
+    // From the element that holds the place back to one on a line, with the run-in's length or a whole line to gain
+    // speed on.
     const std::uint32_t reach = kBackCapacity - 2;
     const std::uint32_t oldest = number > ring_.first() + reach ? number - reach : ring_.first();
     while (number > oldest && ring_.at(number).distance > distance) {
@@ -308,8 +310,8 @@ double Planner::back_up_to(double distance, std::uint32_t& number) const noexcep
     }
     double need = builder_.mark_begin();
     double tau = ring_.at(number).kind == Element::Kind::line
-                     ? ring_.at(number).start + larger(0.0, smaller(distance - ring_.at(number).distance,
-                                                                    ring_.at(number).length))
+                     ? ring_.at(number).start +
+                           larger(0.0, smaller(distance - ring_.at(number).distance, ring_.at(number).length))
                      : ring_.at(number).start;
     while (true) {
         const Element& e = ring_.at(number);
@@ -376,8 +378,7 @@ void Planner::run_back(double tau_rest, std::uint32_t element_rest, double tau_b
     for (std::size_t i = count; i > 0; --i) {
         const Span& span = back_[i - 1];
         const double after = span.stop_after ? 0.0 : smaller(back_speed_[i], span.cap);
-        back_speed_[i - 1] =
-            span.blend ? after : smaller(span.cap, reachable_speed(after, span.length, span.limits));
+        back_speed_[i - 1] = span.blend ? after : smaller(span.cap, reachable_speed(after, span.length, span.limits));
     }
     double v = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -389,7 +390,8 @@ void Planner::run_back(double tau_rest, std::uint32_t element_rest, double tau_b
     }
 }
 
-// --- readers ------------------------------------------------------------------------------------------------------------
+// --- readers
+// ------------------------------------------------------------------------------------------------------------
 
 MotionState Planner::state(double t, std::uint32_t& hint) const noexcept {
     MotionState s;

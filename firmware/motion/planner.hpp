@@ -9,20 +9,22 @@
 
 /// Look-ahead planner of one path: elements in, time law out.
 ///
-/// Two contexts. The servo step adds points, asks for a stop or a resume, and reads published pieces. `work()` is the plan step:
-/// pre-emptible, counted in units. A task begun at tick n is published by the servo step at tick n + kPublishTicks and not
-/// before, whatever the board's speed: what is planned, and when it takes effect, never depends on how fast the board is.
+/// Two contexts. The servo step adds points, asks for a stop or a resume, and reads published pieces. `work()` is the
+/// plan step: pre-emptible, counted in units. A task begun at tick n is published by the servo step at tick n +
+/// kPublishTicks and not before, whatever the board's speed: what is planned, and when it takes effect, never depends
+/// on how fast the board is.
 ///
-/// The plan is a function of the points alone: batches of kBatch elements, each planned to come to rest kHorizon elements
-/// further on (or at the path's end). A batch waits until these elements, or the end, are known.
+/// The plan is a function of the points alone: batches of kBatch elements, each planned to come to rest kHorizon
+/// elements further on (or at the path's end). A batch waits until these elements, or the end, are known.
 
 namespace sc::motion {
 
 inline constexpr std::uint32_t kBatch = 64;
 inline constexpr std::uint32_t kHorizon = 384;
-inline constexpr std::uint32_t kHistory = 128;      ///< passed elements kept for backing up
+inline constexpr std::uint32_t kHistory = 128;  ///< passed elements kept for backing up
 inline constexpr std::int64_t kPublishTicks = 4;
-inline constexpr std::uint32_t kUnitsPerTick = 160; ///< elements a board must get through per tick: (kBatch + kHorizon + kBatch) / 4 and some
+inline constexpr std::uint32_t kUnitsPerTick =
+    160;  ///< elements a board must get through per tick: (kBatch + kHorizon + kBatch) / 4 and some
 
 /// Where the law stands at a path time.
 struct MotionState {
@@ -43,13 +45,14 @@ public:
     /// Room for another point, and the path is still open.
     [[nodiscard]] bool wants_points() const noexcept { return !builder_.finished() && ring_.free() >= 4; }
 
-    /// Once a tick, servo context: publishes a task that is due, then begins the next. `path_time` is the time that this tick's
-    /// set-points begin at. False: a task was due and not finished (Fault::planner_late).
+    /// Once a tick, servo context: publishes a task that is due, then begins the next. `path_time` is the time that
+    /// this tick's set-points begin at. False: a task was due and not finished (Fault::planner_late).
     [[nodiscard]] bool tick(std::int64_t tick, double path_time, double tick_seconds) noexcept;
     /// The plan step: up to `units` elements of work.
     void work(std::uint32_t units) noexcept;
 
-    /// Asks for a jerk-limited stop on the path as soon as a task can be published; `stop_done()` once the law ends at rest.
+    /// Asks for a jerk-limited stop on the path as soon as a task can be published; `stop_done()` once the law ends at
+    /// rest.
     void request_stop() noexcept { stop_wanted_ = true; }
     /// From rest: back up dark to where `distance` (true distance of the next pulse) can be reached at speed, then on.
     void request_resume(double distance) noexcept;
@@ -76,7 +79,9 @@ public:
 
     /// Published law at path time t. `hint` remembers the piece between calls.
     [[nodiscard]] MotionState state(double t, std::uint32_t& hint) const noexcept;
-    [[nodiscard]] Place place(const MotionState& state) const noexcept { return ring_.at(state.element).place(state.tau); }
+    [[nodiscard]] Place place(const MotionState& state) const noexcept {
+        return ring_.at(state.element).place(state.tau);
+    }
     [[nodiscard]] double distance(const MotionState& state) const noexcept {
         return ring_.at(state.element).distance_at(state.tau);
     }

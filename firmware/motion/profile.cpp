@@ -34,7 +34,8 @@ double reachable_speed(double v0, double distance, const TangentLimits& limits) 
     // Up to dv_full, with r = sqrt(dv): (2 v0 + r²) r = L sqrt(j), a cubic that rises everywhere for r > 0.
     if (change_distance(v0, v0 + dv_full, limits) >= distance) {
         const double target = distance * square_root(j);
-        // Newton from above converges monotonically, because the cubic is convex: never below the root, so step back at the end.
+        // Newton from above converges monotonically, because the cubic is convex: never below the root, so step back at
+        // the end.
         double r = smaller(cube_root(target), v0 > 0.0 ? target / (2.0 * v0) : cube_root(target));
         r = larger(r, 1e-12);
         for (int i = 0; i < 12; ++i) {

@@ -4,11 +4,11 @@
 #include <array>
 #include <cstddef>
 
-/// Speed changes under limits of acceleration and jerk, with zero acceleration at both ends. Units: any length (m, or degrees
-/// for C) and seconds. Pure functions; no libm.
+/// Speed changes under limits of acceleration and jerk, with zero acceleration at both ends. Units: any length (m, or
+/// degrees for C) and seconds. Pure functions; no libm.
 ///
-/// A change of speed dv takes T = 2·sqrt(dv/j) where the acceleration limit is not reached (dv ≤ a²/j), else dv/a + a/j. The profile
-/// is symmetric about its middle, so it covers (v0 + v1)/2 · T.
+/// A change of speed dv takes T = 2·sqrt(dv/j) where the acceleration limit is not reached (dv ≤ a²/j), else dv/a +
+/// a/j. The profile is symmetric about its middle, so it covers (v0 + v1)/2 · T.
 
 namespace sc::motion {
 
@@ -24,8 +24,8 @@ struct TangentLimits {
 /// Highest speed that can be reached from v0 over `distance` (equally: the highest speed from which v0 can be reached).
 /// Never more than what the distance allows; error below 1e-12 relative, to the low side.
 [[nodiscard]] double reachable_speed(double v0, double distance, const TangentLimits& limits) noexcept;
-/// A speed to which v0 can be brought over `distance`: 0 if it can be stopped, else the lowest that bisection finds. (Going down to
-/// v0/3 takes more distance than stopping, so there may be a lower one.)
+/// A speed to which v0 can be brought over `distance`: 0 if it can be stopped, else the lowest that bisection finds.
+/// (Going down to v0/3 takes more distance than stopping, so there may be a lower one.)
 [[nodiscard]] double lowest_speed(double v0, double distance, const TangentLimits& limits) noexcept;
 
 /// One stretch of constant jerk.
@@ -42,8 +42,9 @@ struct PhaseList {
     void add_change(double v0, double v1, const TangentLimits& limits) noexcept;
 };
 
-/// Phases over `distance` from v0 to v1 at no more than `cap`, as fast as the limits allow. Needs v1 within reach of v0 and the other
-/// way round, both ≤ cap; a shortfall of rounding is made good by the cruise.
-[[nodiscard]] PhaseList fastest_profile(double v0, double v1, double cap, double distance, const TangentLimits& limits) noexcept;
+/// Phases over `distance` from v0 to v1 at no more than `cap`, as fast as the limits allow. Needs v1 within reach of v0
+/// and the other way round, both ≤ cap; a shortfall of rounding is made good by the cruise.
+[[nodiscard]] PhaseList fastest_profile(double v0, double v1, double cap, double distance,
+                                        const TangentLimits& limits) noexcept;
 
 }  // namespace sc::motion

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
-/// When the beam is where along a path: pieces of constant jerk in tau over path time. Hold, resume and abort change only this.
+/// When the beam is where along a path: pieces of constant jerk in tau over path time. Hold, resume and abort change
+/// only this.
 
 namespace sc::motion {
 
@@ -31,8 +32,8 @@ struct Piece {
     [[nodiscard]] double acceleration(double t) const noexcept { return a0 + (t - t0) * j; }
 };
 
-/// Ring of pieces with consecutive numbers. The planner appends behind `published`; readers see pieces below it. Pieces are
-/// kept until the slowest reader has passed them.
+/// Ring of pieces with consecutive numbers. The planner appends behind `published`; readers see pieces below it. Pieces
+/// are kept until the slowest reader has passed them.
 class TimeLaw {
 public:
     static constexpr std::size_t kCapacity = 2048;

@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/child_process.hpp"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
-
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -14,6 +8,12 @@
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+
+#include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
 
 extern char** environ;
 
@@ -76,7 +76,8 @@ ChildProcess::ChildProcess(const std::filesystem::path& program, const std::vect
     }
     argv.push_back(nullptr);
     const SpawnSettings settings(child.get());
-    const int failed = posix_spawn(&id_, program.c_str(), settings.actions(), settings.attributes(), argv.data(), environ);
+    const int failed =
+        posix_spawn(&id_, program.c_str(), settings.actions(), settings.attributes(), argv.data(), environ);
     if (failed != 0) {
         throw std::system_error(failed, std::generic_category(), "cannot start " + program.string());
     }

@@ -148,10 +148,10 @@ void CellClient::connect() {
 }
 
 void CellClient::shake_hands() {
-    const link::Hello hello{.schema = link::kSchemaHash,
-                            .session = options_.session,
-                            .heartbeat_timeout_ms =
-                                static_cast<std::uint16_t>(options_.heartbeat_timeout.count() / 1'000'000)};
+    const link::Hello hello{
+        .schema = link::kSchemaHash,
+        .session = options_.session,
+        .heartbeat_timeout_ms = static_cast<std::uint16_t>(options_.heartbeat_timeout.count() / 1'000'000)};
     hello_fresh_ = false;
     last_heard_ = now();
     if (!repeat_until([&] { wire_.send(hello); }, [this] { return hello_fresh_; })) {
@@ -173,12 +173,11 @@ void CellClient::check_handshake() const {
     const auto side = [](int major, int minor, std::uint64_t schema) {
         return "version " + std::to_string(major) + "." + std::to_string(minor) + ", schema " + hex(schema);
     };
-    const std::string reason = why == Refusal::wrong_state
-                                   ? "another host is connected to this cell; end it first"
-                                   : describe_code(static_cast<std::uint16_t>(why));
-    throw CellRefused("connection refused: " + reason + "; host: " +
-                          side(link::kProtocolMajor, link::kProtocolMinor, link::kSchemaHash) + "; controller: " +
-                          side(hello_.major, hello_.minor, hello_.schema),
+    const std::string reason = why == Refusal::wrong_state ? "another host is connected to this cell; end it first"
+                                                           : describe_code(static_cast<std::uint16_t>(why));
+    throw CellRefused("connection refused: " + reason +
+                          "; host: " + side(link::kProtocolMajor, link::kProtocolMinor, link::kSchemaHash) +
+                          "; controller: " + side(hello_.major, hello_.minor, hello_.schema),
                       why, 0);
 }
 

@@ -19,9 +19,9 @@ namespace sc::host {
 struct ClientOptions {
     std::uint32_t session = 1;  ///< a reconnect with the same number may go on with its job
     Nanoseconds heartbeat_timeout{100'000'000};
-    Nanoseconds reply_wait{200'000'000};     ///< before a request is sent again
-    int attempts = 10;                       ///< of one request
-    Nanoseconds silence{10'000'000'000};     ///< without a message from the cell: the link counts as lost
+    Nanoseconds reply_wait{200'000'000};  ///< before a request is sent again
+    int attempts = 10;                    ///< of one request
+    Nanoseconds silence{10'000'000'000};  ///< without a message from the cell: the link counts as lost
 };
 
 /// One session with a controller: handshake, heartbeats, requests that are repeated until answered, and the cell's last
@@ -50,8 +50,8 @@ public:
     bool pump(HostTime until);
     /// Pumps until `done()` or for `limit`; returns what `done()` says then.
     bool pump_until(const std::function<bool()>& done, Nanoseconds limit);
-    /// Pumps until a fresh status shows the cell in one of `wanted`. Throws CellFault as soon as it is in `fault` (unless wanted),
-    /// CellError with `doing` after `limit`.
+    /// Pumps until a fresh status shows the cell in one of `wanted`. Throws CellFault as soon as it is in `fault`
+    /// (unless wanted), CellError with `doing` after `limit`.
     void wait_for(std::initializer_list<State> wanted, Nanoseconds limit, const std::string& doing);
     /// Throws CellFault if the cell's last status shows `fault`.
     void check_fault() const;

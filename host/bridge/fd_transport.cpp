@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/fd_transport.hpp"
 
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/socket.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/socket.h>
 
 namespace sc::host {
 namespace {

@@ -38,7 +38,8 @@ SerialUrl serial_url(std::string_view rest) {
         if (!query.starts_with(kBaud)) {
             refuse("unknown option of a serial link", query);
         }
-        url.baud = number(query.substr(kBaud.size()), std::numeric_limits<unsigned>::max(), "no speed of a serial line");
+        url.baud =
+            number(query.substr(kBaud.size()), std::numeric_limits<unsigned>::max(), "no speed of a serial line");
     }
     return url;
 }
@@ -60,7 +61,8 @@ LinkUrl parse_link_url(const std::string& url) {
     const std::string_view scheme = text.substr(0, colon);
     const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
     if (scheme.starts_with("can")) {
-        throw InputError({.file = {}, .problem = "SocketCAN link is not built yet", .value = url, .action = std::string(kForms)});
+        throw InputError(
+            {.file = {}, .problem = "SocketCAN link is not built yet", .value = url, .action = std::string(kForms)});
     }
     if (scheme == "sim" && rest.empty()) {
         return SimulatedUrl{};

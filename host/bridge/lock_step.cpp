@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/lock_step.hpp"
 
-#include <poll.h>
-#include <sys/socket.h>
-
 #include <array>
 #include <cerrno>
 #include <cstddef>
+
+#include <poll.h>
+#include <sys/socket.h>
 
 namespace sc::host {
 namespace {

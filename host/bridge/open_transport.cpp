@@ -40,7 +40,8 @@ private:
     void report_end() {
         const int code = cell_.finish();
         if (code == kExitBadInput) {
-            throw InputError({.file = {}, .problem = "the simulated cell refused its input (its message stands above)",
+            throw InputError({.file = {},
+                              .problem = "the simulated cell refused its input (its message stands above)",
                               .value = {},
                               .action = "correct the world or the script"});
         }

@@ -17,9 +17,9 @@ struct Progress {
     std::uint32_t sent = 0;
     std::uint32_t planned = 0;
     std::uint32_t fired = 0;
-    double fraction = 0.0;                ///< of the time the job takes, 0..1
-    Nanoseconds elapsed{0};               ///< in the cell's time
-    std::optional<Nanoseconds> left;      ///< not known before something is done
+    double fraction = 0.0;            ///< of the time the job takes, 0..1
+    Nanoseconds elapsed{0};           ///< in the cell's time
+    std::optional<Nanoseconds> left;  ///< not known before something is done
 };
 
 /// Weighs the items of a job by the time they take, so that "half done" means half of the time. The weights are rough

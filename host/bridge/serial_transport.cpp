@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fcntl.h>
-#include <termios.h>
-
 #include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
+
+#include <fcntl.h>
+#include <termios.h>
 
 #include "host/bridge/fd_transport.hpp"
 #include "host/formats/error.hpp"
@@ -15,18 +15,28 @@ namespace sc::host {
 namespace {
 
 constexpr auto kSpeeds = std::to_array<std::pair<unsigned, speed_t>>({
-    {9600U, B9600},       {19200U, B19200},     {38400U, B38400},
-    {57600U, B57600},     {115200U, B115200},   {230400U, B230400},
-    {460800U, B460800},   {500000U, B500000},   {921600U, B921600},
-    {1000000U, B1000000}, {1500000U, B1500000}, {2000000U, B2000000},
-    {3000000U, B3000000}, {4000000U, B4000000},
+    {9600U, B9600},
+    {19200U, B19200},
+    {38400U, B38400},
+    {57600U, B57600},
+    {115200U, B115200},
+    {230400U, B230400},
+    {460800U, B460800},
+    {500000U, B500000},
+    {921600U, B921600},
+    {1000000U, B1000000},
+    {1500000U, B1500000},
+    {2000000U, B2000000},
+    {3000000U, B3000000},
+    {4000000U, B4000000},
 });
 
 speed_t speed_of(unsigned baud) {
     const auto* const found =
         std::find_if(kSpeeds.begin(), kSpeeds.end(), [baud](const auto& row) { return row.first == baud; });
     if (found == kSpeeds.end()) {
-        throw InputError({.file = {}, .problem = "no speed of a serial line",
+        throw InputError({.file = {},
+                          .problem = "no speed of a serial line",
                           .value = std::to_string(baud),
                           .action = "use a standard one, such as 115200, 921600 or 3000000"});
     }

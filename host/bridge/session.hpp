@@ -35,17 +35,17 @@ public:
     /// `client` is connected and outlives the session.
     Session(CellClient& client, SessionOptions options);
 
-    /// Powers the axes, homes them unless they are, arms; opens, starts and streams the job; disarms and unpowers. Throws
-    /// as Streamer::run and CellClient::wait_for do, after `make_safe`. The journal, if any, is closed: done, failed, or
-    /// (after Interrupted) aborted.
+    /// Powers the axes, homes them unless they are, arms; opens, starts and streams the job; disarms and unpowers.
+    /// Throws as Streamer::run and CellClient::wait_for do, after `make_safe`. The journal, if any, is closed: done,
+    /// failed, or (after Interrupted) aborted.
     RunResult run(const StreamJob& job, Journal* journal);
-    /// Makes the cell ready to be set up: acknowledges a latched fault if the options say so, drops a job that an earlier
-    /// host has left behind. The cell is then in boot, disabled or idle. Throws CellFault if a fault stays.
+    /// Makes the cell ready to be set up: acknowledges a latched fault if the options say so, drops a job that an
+    /// earlier host has left behind. The cell is then in boot, disabled or idle. Throws CellFault if a fault stays.
     void clear();
     /// Powers and homes the axes (what a jog needs). Makes no attempt to end safely by itself.
     void enable_and_home();
-    /// Hold, abort, wait for rest, disarm, disable: each step is tried, whatever became of the one before. Never throws;
-    /// false when the cell could not be brought to `disabled` or `fault`.
+    /// Hold, abort, wait for rest, disarm, disable: each step is tried, whatever became of the one before. Never
+    /// throws; false when the cell could not be brought to `disabled` or `fault`.
     bool make_safe() noexcept;
 
 private:

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/stop.hpp"
 
-#include <signal.h>
-
 #include <initializer_list>
+
+#include <signal.h>
 
 namespace sc::host {
 namespace {
@@ -15,7 +15,7 @@ extern "C" void note_stop_signal(int /*signal*/) { stop_flag = 1; }
 }  // namespace
 
 void install_stop_signals() {
-    struct sigaction action {};
+    struct sigaction action{};
     action.sa_handler = note_stop_signal;
     action.sa_flags = static_cast<int>(SA_RESETHAND);
     sigemptyset(&action.sa_mask);

@@ -128,8 +128,7 @@ void Streamer::resend_when_silent() {
 void Streamer::resume_when_held() {
     const State state = client_->state();
     const bool held = state == State::held || state == State::held_link;
-    const bool fed =
-        state == State::held_link || received_ > progress_.planned || received_ == job_.items.size();
+    const bool fed = state == State::held_link || received_ > progress_.planned || received_ == job_.items.size();
     if (!held || !fed || client_->now() - asked_resume_ < kResumePeriod) {
         return;
     }
@@ -150,9 +149,9 @@ void Streamer::resume_when_held() {
 void Streamer::check_refused() const {
     const auto& refused = client_->job_refused();
     if (refused && refused->job_low == static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU)) {
-        throw CellRefused("the cell refused item " + std::to_string(refused->item) + " of the job: " +
-                              describe_code(refused->refusal) + ", axis " + std::to_string(refused->axis) + ", value " +
-                              std::to_string(refused->value),
+        throw CellRefused("the cell refused item " + std::to_string(refused->item) +
+                              " of the job: " + describe_code(refused->refusal) + ", axis " +
+                              std::to_string(refused->axis) + ", value " + std::to_string(refused->value),
                           static_cast<Refusal>(refused->refusal), refused->item);
     }
 }

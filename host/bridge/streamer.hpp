@@ -13,8 +13,8 @@
 namespace sc::host {
 
 struct StreamOptions {
-    std::uint32_t items_per_block = 0;    ///< 0: as many as a block can hold
-    Nanoseconds resend_after{60'000'000}; ///< without an answer that moves on, sending starts again at `received`
+    std::uint32_t items_per_block = 0;       ///< 0: as many as a block can hold
+    Nanoseconds resend_after{60'000'000};    ///< without an answer that moves on, sending starts again at `received`
     Nanoseconds journal_period{50'000'000};  ///< of the real clock, between records that no intent asks for
 };
 
@@ -68,12 +68,12 @@ private:
     std::function<void(const Progress&)> on_progress_;
 
     std::uint32_t received_ = 0;
-    std::uint32_t sent_ = 0;       ///< next item to send
-    std::uint32_t free_;           ///< as the last ack says; a guess before the first
-    std::uint32_t widest_ = 0;     ///< largest window seen
+    std::uint32_t sent_ = 0;    ///< next item to send
+    std::uint32_t free_;        ///< as the last ack says; a guess before the first
+    std::uint32_t widest_ = 0;  ///< largest window seen
     bool running_seen_ = false;
     HostTime begun_{};
-    HostTime moved_{};             ///< when `received` last moved, or sending began again
+    HostTime moved_{};  ///< when `received` last moved, or sending began again
     HostTime asked_resume_{};
     HostTime reported_{};
     std::int64_t recorded_at_ns_ = 0;  ///< real clock

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
 #include <sys/socket.h>
-
-#include <cerrno>
-#include <cstring>
-#include <utility>
 
 #include "host/bridge/errors.hpp"
 #include "host/bridge/fd_transport.hpp"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/asked.hpp"
 
-#include <toml++/toml.h>
-
 #include <cmath>
 #include <optional>
+
+#include <toml++/toml.h>
 
 #include "host/formats/error.hpp"
 #include "host/formats/file.hpp"

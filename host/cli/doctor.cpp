@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+
 #include <nlohmann/json.hpp>
 
 #include "host/cli/doctor_checks.hpp"

@@ -19,8 +19,8 @@ struct Check {
 /// Everything that is looked at. Starts a simulated cell for a moment; opens no device. Never throws.
 [[nodiscard]] std::vector<Check> all_checks();
 
-/// Packages of a list (one a line, # begins a comment) that `dpkg_status`, the text of dpkg's status file, does not show
-/// as installed.
+/// Packages of a list (one a line, # begins a comment) that `dpkg_status`, the text of dpkg's status file, does not
+/// show as installed.
 [[nodiscard]] std::vector<std::string> missing_packages(std::string_view list, std::string_view dpkg_status);
 
 }  // namespace sc::host::cli

@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <exception>
+
 #include <nlohmann/json.hpp>
 
 #include "host/bridge/errors.hpp"
@@ -66,8 +67,8 @@ Failure current_failure() {
 }
 
 nlohmann::ordered_json to_json(const Failure& failure) {
-    nlohmann::ordered_json json{{"code", failure.code}, {"name", failure.name}, {"text", failure.message},
-                                {"action", failure.action}};
+    nlohmann::ordered_json json{
+        {"code", failure.code}, {"name", failure.name}, {"text", failure.message}, {"action", failure.action}};
     if (failure.exit_code == kBadInput) {
         json["file"] = failure.file;
         json["line"] = failure.line;

@@ -5,12 +5,12 @@
 #include <optional>
 #include <string>
 
+#include "host/bridge/open_transport.hpp"
 #include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/subcommands.hpp"
-#include "host/bridge/open_transport.hpp"
 #include "host/formats/error.hpp"
 
 namespace sc::host::cli {
@@ -64,7 +64,8 @@ struct Step {
 
 Step step_of(const JogOptions& o) {
     const std::string names = "XYZC";
-    const std::size_t axis = o.axis.size() == 1 ? names.find(static_cast<char>(std::toupper(o.axis[0]))) : std::string::npos;
+    const std::size_t axis =
+        o.axis.size() == 1 ? names.find(static_cast<char>(std::toupper(o.axis[0]))) : std::string::npos;
     if (axis == std::string::npos) {
         refuse("no such axis", o.axis, "use X, Y, Z or C");
     }
@@ -143,10 +144,10 @@ void add_jog(CLI::App& app, int& exit_code) {
     sub->footer(kExamples);
     const auto options = std::make_shared<JogOptions>();
     sub->add_option("--axis", options->axis, "X, Y, Z or C")->required();
-    sub->add_option_function<double>("--distance-mm", [options](const double& v) { options->distance_mm = v; },
-                                     "of X, Y, Z; up to 10 either way");
-    sub->add_option_function<double>("--distance-deg", [options](const double& v) { options->distance_deg = v; },
-                                     "of C; up to 10 either way");
+    sub->add_option_function<double>(
+        "--distance-mm", [options](const double& v) { options->distance_mm = v; }, "of X, Y, Z; up to 10 either way");
+    sub->add_option_function<double>(
+        "--distance-deg", [options](const double& v) { options->distance_deg = v; }, "of C; up to 10 either way");
     sub->add_option("--speed-mm-s", options->speed_mm_s, "up to 50")->capture_default_str();
     sub->add_option("--speed-deg-s", options->speed_deg_s, "of C; up to 20")->capture_default_str();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <random>
 #include <string>
 #include <thread>
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "host/bridge/client.hpp"
 #include "host/bridge/open_transport.hpp"
@@ -75,6 +75,8 @@ int run(const MonitorOptions& options) {
     if (!client.pump_until([&] { return client.status().has_value(); }, kFirstLimit)) {
         throw LinkError("the cell tells no state");
     }
+    // A cell that has just been switched on is still looking for its drives.
+    client.pump_until([&] { return client.state() != State::boot; }, kFirstLimit);
     show_once(client, options, options.config ? &machine : nullptr);
     while (!options.once) {
         if (simulated) {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/monitor_text.hpp"
 
-#include <fmt/format.h>
-
-#include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 namespace sc::host::cli {
 namespace {
@@ -42,8 +42,9 @@ std::vector<std::pair<std::string_view, bool>> flags_of(const link::Status& stat
 }  // namespace
 
 std::string status_text(const link::Status& status, const WireCounters& wire) {
-    std::string text = fmt::format("state      {}   ({:.1f} s since start)\n", sc::name_of(static_cast<State>(status.state)),
-                                   static_cast<double>(status.cell_time_us) * 1e-6);
+    std::string text =
+        fmt::format("state      {}   ({:.1f} s since start)\n", sc::name_of(static_cast<State>(status.state)),
+                    static_cast<double>(status.cell_time_us) * 1e-6);
     for (const std::uint16_t number : fault_numbers(status)) {
         const bool first = number == status.first_fault;
         const bool of_axis = first && status.first_fault_axis < kAxes.size();
@@ -99,20 +100,21 @@ Json status_json(const link::Status& status, const WireCounters& wire) {
 }
 
 std::string machine_text(const MachineConfig& m) {
-    std::string text = fmt::format("{:<5} {:>22} {:>10} {:>10} {:>10} {:>12}\n", "axis", "travel", "speed", "acc.", "jerk",
-                                   "counts");
+    std::string text =
+        fmt::format("{:<5} {:>22} {:>10} {:>10} {:>10} {:>12}\n", "axis", "travel", "speed", "acc.", "jerk", "counts");
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         const AxisConfig& a = m.axis[i];
         const bool turn = i == index(Axis::c);
         const double k = turn ? 1.0 : 1e3;
-        text += fmt::format("{:<5} {:>10g} ..{:>10g} {:>10g} {:>10g} {:>10g} {:>12g}   {}\n", kAxes[i], a.travel_min * k,
-                            a.travel_max * k, a.speed * k, a.acceleration * k, a.jerk * k, a.counts_per_unit / k,
-                            turn ? "deg, s" : "mm, s");
+        text += fmt::format("{:<5} {:>10g} ..{:>10g} {:>10g} {:>10g} {:>10g} {:>12g}   {}\n", kAxes[i],
+                            a.travel_min * k, a.travel_max * k, a.speed * k, a.acceleration * k, a.jerk * k,
+                            a.counts_per_unit / k, turn ? "deg, s" : "mm, s");
     }
-    text += fmt::format("galvo: field +-{:g} mm, {:g} m/s, {:g} m/s2\n", m.galvo.half_field.si() * 1e3, m.galvo.speed.si(),
-                        m.galvo.acceleration.si());
-    text += fmt::format("laser: {:g} W, {:g}..{:g} kHz, marks from {:g} mm/s on\n", m.laser.power.si(),
-                        m.laser.prr_min.si() * 1e-3, m.laser.prr_nominal.si() * 1e-3, m.laser.mark_speed_min.si() * 1e3);
+    text += fmt::format("galvo: field +-{:g} mm, {:g} m/s, {:g} m/s2\n", m.galvo.half_field.si() * 1e3,
+                        m.galvo.speed.si(), m.galvo.acceleration.si());
+    text +=
+        fmt::format("laser: {:g} W, {:g}..{:g} kHz, marks from {:g} mm/s on\n", m.laser.power.si(),
+                    m.laser.prr_min.si() * 1e-3, m.laser.prr_nominal.si() * 1e-3, m.laser.mark_speed_min.si() * 1e3);
     text += fmt::format("C turns with y at {:g} mm or above\n", m.y_retracted.si() * 1e3);
     for (std::size_t i = 0; i < m.keep_out_count; ++i) {
         const KeepOut& k = m.keep_out[i];
@@ -142,8 +144,10 @@ Json machine_json(const MachineConfig& m) {
     }
     return {{"axes", axes},
             {"galvo", {{"half_field_m", m.galvo.half_field.si()}, {"speed_m_s", m.galvo.speed.si()}}},
-            {"laser", {{"power_w", m.laser.power.si()}, {"prr_min_hz", m.laser.prr_min.si()},
-                       {"prr_nominal_hz", m.laser.prr_nominal.si()}}},
+            {"laser",
+             {{"power_w", m.laser.power.si()},
+              {"prr_min_hz", m.laser.prr_min.si()},
+              {"prr_nominal_hz", m.laser.prr_nominal.si()}}},
             {"y_retracted_m", m.y_retracted.si()},
             {"keep_out", volumes}};
 }

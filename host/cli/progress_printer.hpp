@@ -7,8 +7,8 @@
 
 namespace sc::host::cli {
 
-/// Progress of a job on stderr: a bar that is drawn over and over where a person looks at a terminal, one line for every
-/// tenth where the output goes to a file.
+/// Progress of a job on stderr: a bar that is drawn over and over where a person looks at a terminal, one line for
+/// every tenth where the output goes to a file.
 class ProgressPrinter {
 public:
     explicit ProgressPrinter(bool terminal) : terminal_(terminal) {}

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/run_folder.hpp"
 
-#include <stdlib.h>
-
 #include <cerrno>
 #include <string>
 #include <system_error>
+
+#include <stdlib.h>
 
 #include "host/formats/error.hpp"
 

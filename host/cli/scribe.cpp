@@ -43,7 +43,8 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
     optional_option(app, "--table", o.table,
                     "CSV that gives measured and true places of ALL faces, in h, in place of the job's own")
         ->type_name("FILE");
-    optional_option(app, "--calibration", o.calibration, "calibration set, in place of the job's own")->type_name("FILE");
+    optional_option(app, "--calibration", o.calibration, "calibration set, in place of the job's own")
+        ->type_name("FILE");
     app.add_option("--face", o.faces, "burn only this face, degrees; may be given again")->type_name("DEG");
     app.add_flag("--dry-run", o.dry_run, "check everything, print what would be burnt, move nothing");
     app.add_flag("--json", o.json, "one JSON object on stdout, everything else on stderr");

@@ -70,8 +70,8 @@ void check_link_options(const ScribeOptions& options) {
     if (is_simulated(options.link)) {
         return;
     }
-    const bool given = options.link_options.world || options.link_options.script ||
-                       options.link_options.jitter > Nanoseconds::zero();
+    const bool given =
+        options.link_options.world || options.link_options.script || options.link_options.jitter > Nanoseconds::zero();
     if (given) {
         throw InputError({.file = {},
                           .problem = "--world, --script and --jitter-us belong to the simulated cell",

@@ -22,7 +22,7 @@ struct ScribeOptions {
     std::optional<std::filesystem::path> calibration;
     std::vector<double> faces;  ///< empty: all
     std::string link = "sim:";
-    LinkOptions link_options;   ///< world, out, script, jitter, seed
+    LinkOptions link_options;  ///< world, out, script, jitter, seed
     std::optional<std::filesystem::path> svg;
     std::optional<std::filesystem::path> journal;
     std::uint32_t points_per_block = 0;

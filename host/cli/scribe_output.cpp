@@ -10,9 +10,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kMmPerMetre = 1e3;
 
-Json place_json(const Point<frame::H>& p) {
-    return {p.v.x * kMmPerMetre, p.v.y * kMmPerMetre, p.v.z * kMmPerMetre};
-}
+Json place_json(const Point<frame::H>& p) { return {p.v.x * kMmPerMetre, p.v.y * kMmPerMetre, p.v.z * kMmPerMetre}; }
 
 Json path_json(const PlannedPath& path) {
     return {{"path", path.id},
@@ -49,8 +47,13 @@ Json plan_json(const ScribeOutcome& outcome) {
 
 Json progress_json(const ScribeOutcome& outcome) {
     const JobProgress& p = outcome.progress;
-    return {{"items", outcome.plan.items.size()}, {"sent", p.sent},  {"planned", p.planned}, {"fired", p.fired},
-            {"path", p.path},                     {"pass", p.pass}, {"pulses", p.pulses}};
+    return {{"items", outcome.plan.items.size()},
+            {"sent", p.sent},
+            {"planned", p.planned},
+            {"fired", p.fired},
+            {"path", p.path},
+            {"pass", p.pass},
+            {"pulses", p.pulses}};
 }
 
 Json run_json(const ScribeOutcome& outcome) {
@@ -77,8 +80,8 @@ std::string place_text(const Point<frame::H>& p) {
 
 std::string plan_text(const ScribeOutcome& outcome) {
     const JobPlan& plan = outcome.plan;
-    std::string text = fmt::format("job {} (hash {:016x}): {} items, not run\n\n", outcome.job_name, plan.hash,
-                                   plan.items.size());
+    std::string text =
+        fmt::format("job {} (hash {:016x}): {} items, not run\n\n", outcome.job_name, plan.hash, plan.items.size());
     text += fmt::format("{:>5} {:>6} {:<17} {:>6} {:<6} {:>29} {:>29} {:>8} {:>8}\n", "path", "face", "what", "marker",
                         "by", "from x y z, mm", "to x y z, mm", "mm/s", "pitch um");
     for (const PlannedPath& p : plan.paths) {
@@ -87,9 +90,9 @@ std::string plan_text(const ScribeOutcome& outcome) {
                             p.settings.actuator == Actuator::galvo ? "galvo" : "axes", place_text(p.from),
                             place_text(p.to), p.settings.speed.si() * kMmPerMetre, p.settings.pitch.si() * 1e6);
     }
-    text += fmt::format("\n{} pulses over {:.1f} mm on {} faces; about {:.0f} s of the cell's time\n",
-                        plan.expected_pulses, plan.marked_metres * kMmPerMetre, plan.faces.size(),
-                        plan.expected_seconds_estimate);
+    text +=
+        fmt::format("\n{} pulses over {:.1f} mm on {} faces; about {:.0f} s of the cell's time\n", plan.expected_pulses,
+                    plan.marked_metres * kMmPerMetre, plan.faces.size(), plan.expected_seconds_estimate);
     return text;
 }
 
@@ -108,8 +111,9 @@ Json outcome_json(const ScribeOutcome& outcome) {
 std::string how_far_text(const ScribeOutcome& outcome) {
     const JobProgress& p = outcome.progress;
     std::string text = fmt::format("state of the cell: {}\n", outcome.state);
-    text += fmt::format("{}: {} of {} items sent, {} planned, {} fired", outcome.journal ? "the journal says" : "the job came to",
-                        p.sent, outcome.plan.items.size(), p.planned, p.fired);
+    text += fmt::format("{}: {} of {} items sent, {} planned, {} fired",
+                        outcome.journal ? "the journal says" : "the job came to", p.sent, outcome.plan.items.size(),
+                        p.planned, p.fired);
     if (p.fired > 0 || p.pulses > 0) {
         text += fmt::format("; path {}, pass {}: {} pulses ({})", p.path, p.pass, p.pulses,
                             describe_item(outcome.plan, p.fired));

@@ -110,8 +110,8 @@ private:
         try {
             session.clear();
             client.set_compensation(compensation_of(input_.calibration));
-            const RunResult result =
-                session.run({outcome_.plan.hash, outcome_.plan.items, outcome_.plan.expected_seconds_estimate}, journal);
+            const RunResult result = session.run(
+                {outcome_.plan.hash, outcome_.plan.items, outcome_.plan.expected_seconds_estimate}, journal);
             outcome_.progress = result.progress;
         } catch (const InputError&) {
             throw;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+
+#include <nlohmann/json.hpp>
 
 #include "host/bridge/session.hpp"
 #include "host/cli/failure.hpp"
@@ -17,7 +18,7 @@ struct ScribeOutcome {
     JobPlan plan;
     std::string job_name;
     MachineConfig machine;
-    std::string state;              ///< of the cell at the end
+    std::string state;  ///< of the cell at the end
     JobProgress progress;
     std::optional<std::string> journal;
     double cell_seconds = 0.0;

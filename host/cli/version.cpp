@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <memory>
+
 #include <nlohmann/json.hpp>
 
 #include "host/cli/build_info.hpp"

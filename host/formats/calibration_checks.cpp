@@ -77,9 +77,9 @@ std::vector<std::vector<double>> read_covariance_rows(TomlReader& table, std::st
     }
     for (std::size_t i = 0; i < size; ++i) {
         if (!(rows[i][i] > 0.0)) {
-            table.fail("covariance", "is not positive: variance " + std::to_string(i + 1) + " of " +
-                                         std::string(order) + " is", decimal(rows[i][i]),
-                       "give variances above zero");
+            table.fail("covariance",
+                       "is not positive: variance " + std::to_string(i + 1) + " of " + std::string(order) + " is",
+                       decimal(rows[i][i]), "give variances above zero");
         }
     }
     if (!is_positive_definite(rows)) {

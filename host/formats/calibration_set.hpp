@@ -52,8 +52,8 @@ struct AxisRecord {
     Provenance provenance;
     bool operator==(const AxisRecord&) const = default;
 };
-/// A distance sensor's beam. The sensor rides beside the head: with the axes at q, reading r says that the surface is at
-/// q + origin + (r − zero)·direction.
+/// A distance sensor's beam. The sensor rides beside the head: with the axes at q, reading r says that the surface is
+/// at q + origin + (r − zero)·direction.
 struct SensorRay {
     std::string id;
     Point<frame::H> origin;         ///< with the axes at zero
@@ -65,9 +65,9 @@ struct SensorRay {
 };
 /// What the two-parameter galvo model leaves over, on a square grid of commands from −half_field to +half_field.
 struct GalvoResidual {
-    double half_field = 0.0;                 ///< metres
-    std::size_t side = 0;                    ///< points along each edge, 2 or more
-    std::vector<std::array<double, 2>> xz;   ///< metres; side·side, x runs fastest
+    double half_field = 0.0;                ///< metres
+    std::size_t side = 0;                   ///< points along each edge, 2 or more
+    std::vector<std::array<double, 2>> xz;  ///< metres; side·side, x runs fastest
     bool operator==(const GalvoResidual&) const = default;
 };
 /// Where the beam lands for a command g: focus + offset + matrix·g, in (x, z). Covariance order ox,oz,mxx,mxz,mzx,mzz:

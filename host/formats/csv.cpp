@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 #include <system_error>
@@ -132,8 +133,8 @@ bool parse_number(std::string_view text, double& out) noexcept {
         text.remove_prefix(1);
     }
     double value = 0.0;
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    const char* const end = std::to_address(text.end());
+    const auto [stop, error] = std::from_chars(std::to_address(text.begin()), end, value);
     if (text.empty() || error != std::errc{} || stop != end || !std::isfinite(value)) {
         return false;
     }
@@ -225,8 +226,6 @@ int CsvTable::integer(std::size_t row, std::size_t column) const {
     return static_cast<int>(value);
 }
 
-const std::string& CsvTable::text(std::size_t row, std::size_t column) const {
-    return rows_.at(row).fields.at(column);
-}
+const std::string& CsvTable::text(std::size_t row, std::size_t column) const { return rows_.at(row).fields.at(column); }
 
 }  // namespace sc::host

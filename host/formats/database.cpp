@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/formats/database.hpp"
 
-#include <sqlite3.h>
-
 #include <string>
 #include <utility>
+
+#include <sqlite3.h>
 
 #include "host/formats/error.hpp"
 #include "host/formats/schema.hpp"
@@ -69,10 +69,11 @@ Statement& Statement::bind(int index, double value) {
 }
 
 Statement& Statement::bind(int index, std::string_view value) {
-    const int size = static_cast<int>(value.size());
-    // NOLINTNEXTLINE(performance-no-int-to-ptr,cppcoreguidelines-pro-type-cstyle-cast): SQLITE_TRANSIENT is such a cast.
-    sqlite3_destructor_type const copy = reinterpret_cast<sqlite3_destructor_type>(-1);
-    check(handle_, sqlite3_bind_text(statement_.get(), index, value.data(), size, copy), "bind");
+    const std::string text(value);
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): SQLite defines SQLITE_TRANSIENT, "copy it", as this cast.
+    auto* const copy_it = reinterpret_cast<sqlite3_destructor_type>(-1);
+    const int size = static_cast<int>(text.size());
+    check(handle_, sqlite3_bind_text(statement_.get(), index, text.c_str(), size, copy_it), "bind");
     return *this;
 }
 
@@ -128,8 +129,9 @@ void Database::check_identity() {
                          .problem = "is not a journal of this program",
                          .action = "name another file; this one is left as it is"};
     try {
-        Statement identity = prepare("SELECT (SELECT count(*) FROM sqlite_schema), application_id "
-                                     "FROM pragma_application_id");
+        Statement identity = prepare(
+            "SELECT (SELECT count(*) FROM sqlite_schema), application_id "
+            "FROM pragma_application_id");
         const bool is_new = identity.step() && identity.integer(0) == 0 && identity.integer(1) == 0;
         if (is_new || identity.integer(1) == kApplicationId) {
             problem.problem.clear();

@@ -9,7 +9,7 @@ namespace sc::host {
 /// What is wrong with something a person gave us: where it stands, what was found there and what to do about it.
 struct InputProblem {
     std::string file = {};     ///< path as it was given; empty = not from a file
-    int line = 0;         ///< from 1; 0 = the file as a whole
+    int line = 0;              ///< from 1; 0 = the file as a whole
     std::string problem = {};  ///< what is wrong, without the value
     std::string value = {};    ///< the offending text or number; empty = none (a missing file, say)
     std::string action = {};   ///< what to do, as an imperative

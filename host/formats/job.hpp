@@ -40,8 +40,8 @@ struct FaceLine {
 };
 
 struct JobFace {
-    int line = 0;             ///< of the job file
-    double angle_deg = 0.0;   ///< face k: the turntable stands at C = −k degrees
+    int line = 0;            ///< of the job file
+    double angle_deg = 0.0;  ///< face k: the turntable stands at C = −k degrees
     PlaceFrame frame = PlaceFrame::h;
     /// CSV of points (points.hpp) in `frame`; empty: the rows of the job's table with this angle, in h.
     std::filesystem::path points;
@@ -53,8 +53,8 @@ struct JobFace {
 struct Job {
     std::filesystem::path file;
     std::string name;
-    std::filesystem::path table;        ///< verification table (table.hpp)
-    std::filesystem::path calibration;  ///< calibration set (calibration_set.hpp)
+    std::filesystem::path table;                  ///< verification table (table.hpp)
+    std::filesystem::path calibration;            ///< calibration set (calibration_set.hpp)
     std::optional<CrossSettings> cross;           ///< none: no crosses
     std::optional<DatumLineSettings> datum_line;  ///< none: no datum lines
     std::optional<Rigid<frame::C, frame::W>> c_from_w;

@@ -21,11 +21,11 @@ std::string utc_now() {
     const std::chrono::year_month_day date(day);
     const std::chrono::hh_mm_ss time(now - day);
     std::array<char, 64> text{};
-    const int size = std::snprintf(text.data(), text.size(), "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ",
-                                   static_cast<int>(date.year()), static_cast<unsigned>(date.month()),
-                                   static_cast<unsigned>(date.day()), static_cast<int>(time.hours().count()),
-                                   static_cast<int>(time.minutes().count()), static_cast<int>(time.seconds().count()),
-                                   static_cast<int>(time.subseconds().count()));
+    const int size =
+        std::snprintf(text.data(), text.size(), "%04d-%02u-%02uT%02d:%02d:%02d.%03dZ", static_cast<int>(date.year()),
+                      static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()),
+                      static_cast<int>(time.hours().count()), static_cast<int>(time.minutes().count()),
+                      static_cast<int>(time.seconds().count()), static_cast<int>(time.subseconds().count()));
     return {text.data(), static_cast<std::size_t>(size)};
 }
 
@@ -41,7 +41,8 @@ struct LatestJob {
 };
 
 std::optional<LatestJob> latest_job(Database& database) {
-    Statement query = database.prepare("SELECT id, hash, items, name, created, state FROM jobs ORDER BY id DESC LIMIT 1");
+    Statement query =
+        database.prepare("SELECT id, hash, items, name, created, state FROM jobs ORDER BY id DESC LIMIT 1");
     if (!query.step()) {
         return std::nullopt;
     }

@@ -86,8 +86,8 @@ Part parse_part(const std::filesystem::path& path, std::string_view text) {
         part.reference_points.push_back(read_reference(table, ids));
     }
     if (auto table = root.table_if("as_cast")) {
-        part.as_cast = AsCastBand{table->number("inside_mm", kAllowanceMm) / 1e3,
-                                  table->number("outside_mm", kAllowanceMm) / 1e3};
+        part.as_cast =
+            AsCastBand{table->number("inside_mm", kAllowanceMm) / 1e3, table->number("outside_mm", kAllowanceMm) / 1e3};
         table->finish();
     }
     root.finish();

@@ -4,9 +4,10 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string_view>
 #include <system_error>
+
+#include <nlohmann/json.hpp>
 
 #include "host/formats/error.hpp"
 #include "host/formats/text.hpp"
@@ -153,8 +154,7 @@ TraceHeader for_each_sample(const std::filesystem::path& path, const SampleHandl
     for (std::array<std::uint8_t, trace::kSampleRecordSize> bytes{}; file.read(bytes, "sample record");) {
         const trace::SampleRecord record = trace::unpack_sample(bytes);
         if (record.galvo_frames != 0 && record.galvo_frames != kGalvoFramesPerTick) {
-            file.fail("claims an impossible number of galvo frames before byte offset " +
-                          std::to_string(file.offset()),
+            file.fail("claims an impossible number of galvo frames before byte offset " + std::to_string(file.offset()),
                       std::to_string(record.galvo_frames), "run the job again");
         }
         galvo.clear();

@@ -11,8 +11,9 @@
 #include "shared/geometry/frames.hpp"
 #include "shared/trace/trace.hpp"
 
-/// Readers of the traces that a cell writes: what the laser burnt, and what the axes were told. Layout (docs/formats.md):
-/// 8 bytes magic, u32 little-endian length of a JSON header, the header, records to the end of the file.
+/// Readers of the traces that a cell writes: what the laser burnt, and what the axes were told. Layout
+/// (docs/formats.md): 8 bytes magic, u32 little-endian length of a JSON header, the header, records to the end of the
+/// file.
 
 namespace sc::host {
 
@@ -38,7 +39,7 @@ struct PulseTrace {
     std::vector<trace::PulseRecord> pulses;
 };
 
-/// Reads a whole pulse trace (65 bytes of file, 80 of memory a pulse). Throws InputError for a missing file, another
+/// Reads a whole pulse trace (77 bytes of file, 88 of memory a pulse). Throws InputError for a missing file, another
 /// kind of file, a header that is no JSON, and a file cut short (value = the byte offset of the cut record).
 [[nodiscard]] PulseTrace read_pulse_trace(const std::filesystem::path& path);
 /// The same as a stream: constant memory. Returns the header; a cut file throws after all whole records were handed on.

@@ -21,10 +21,8 @@ constexpr Limits kToleranceUm{0.0, 1000.0};
 Recipe parse_recipe(const std::filesystem::path& path, std::string_view text) {
     TomlDocument document(path, text, kFormat);
     TomlReader& root = document.root();
-    Recipe recipe{.name = root.text("name"),
-                  .material = root.text("material"),
-                  .note = root.text_or("note", ""),
-                  .entries = {}};
+    Recipe recipe{
+        .name = root.text("name"), .material = root.text("material"), .note = root.text_or("note", ""), .entries = {}};
     std::set<std::string> seen;
     for (TomlReader& table : root.tables("entry")) {
         RecipeEntry entry{.id = table.text("id"), .settings = read_mark_settings(table)};

@@ -14,9 +14,9 @@ namespace sc::host {
 /// How a line is burnt.
 struct MarkSettings {
     Actuator actuator = Actuator::axes;
-    Speed speed;   ///< along the path
-    Length pitch;  ///< between pulses
-    Energy energy; ///< of one pulse
+    Speed speed;    ///< along the path
+    Length pitch;   ///< between pulses
+    Energy energy;  ///< of one pulse
     std::uint8_t passes = 1;
     Length tolerance = Length::from_si(5e-6);  ///< how far the beam may leave the points at corners
     constexpr bool operator==(const MarkSettings&) const noexcept = default;

@@ -66,11 +66,8 @@ ScanView read_view(TomlReader& table) {
 ScanSet parse_scan_set(const std::filesystem::path& path, std::string_view text) {
     TomlDocument document(path, text, kFormat);
     TomlReader& root = document.root();
-    ScanSet set{.file = path,
-                .id = root.text("id"),
-                .time = root.time("time"),
-                .note = root.text_or("note", ""),
-                .views = {}};
+    ScanSet set{
+        .file = path, .id = root.text("id"), .time = root.time("time"), .note = root.text_or("note", ""), .views = {}};
     std::set<std::string> seen;
     for (TomlReader& table : root.tables("view")) {
         set.views.push_back(read_view(table));

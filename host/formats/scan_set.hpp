@@ -19,7 +19,7 @@ struct ScanMarker {
 };
 /// One picture of the 3-D sensor.
 struct ScanView {
-    int line = 0;   ///< of the file
+    int line = 0;  ///< of the file
     std::string id;
     std::optional<Rigid<frame::B, frame::F>> b_from_f;  ///< robot pose; none: not recorded
     double c_deg = 0.0;                                 ///< turntable angle C

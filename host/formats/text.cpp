@@ -31,7 +31,7 @@ std::string shortened(std::string_view text) {
 std::string decimal(double value) {
     std::array<char, 32> buffer{};
     const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
-    std::string out(buffer.data(), result.ptr);
+    const std::string out(buffer.data(), result.ptr);
     return out.find_first_of(".e") == std::string::npos ? out + ".0" : out;
 }
 

@@ -28,12 +28,12 @@ toml::table parsed(const std::filesystem::path& file, std::string_view text) {
         const std::string line(line_in(text, number));
         static const std::regex decimal_comma("=\\s*[-+]?[0-9]+,[0-9]+\\s*(#.*)?$");
         const bool comma = line.size() < 1000 && std::regex_search(line, decimal_comma);
-        throw InputError({.file = file.string(),
-                          .line = number,
-                          .problem = comma ? "a number has a decimal comma"
-                                           : "is not TOML (" + shortened(error.description()) + ")",
-                          .value = shortened(line),
-                          .action = comma ? "write numbers with a decimal point" : "correct this line"});
+        throw InputError(
+            {.file = file.string(),
+             .line = number,
+             .problem = comma ? "a number has a decimal comma" : "is not TOML (" + shortened(error.description()) + ")",
+             .value = shortened(line),
+             .action = comma ? "write numbers with a decimal point" : "correct this line"});
     }
 }
 

@@ -49,8 +49,8 @@ double to_digits(double value, int digits) noexcept {
         return 0.0;
     }
     std::array<char, 40> buffer{};
-    const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
-                                      std::chars_format::scientific, digits - 1);
+    const auto result =
+        std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, std::chars_format::scientific, digits - 1);
     double out = value;
     const std::string_view text(buffer.data(), static_cast<std::size_t>(result.ptr - buffer.data()));
     return parse_number(text, out) ? out : value;

@@ -14,8 +14,7 @@ constexpr UnitGuess kMetres{"metres", 1000.0};
 constexpr UnitGuess kInches{"inches", 25.4};
 
 bool all_fit_in(const UnitGuess& unit, std::span<const Vec3> places, const std::function<bool(const Vec3&)>& fits) {
-    return std::ranges::all_of(places,
-                               [&](const Vec3& v) { return fits((unit.millimetres * 1e-3) * v); });
+    return std::ranges::all_of(places, [&](const Vec3& v) { return fits((unit.millimetres * 1e-3) * v); });
 }
 
 bool within(std::span<const Vec3> places, double limit) {

@@ -4,8 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
+
+#include <fmt/format.h>
 
 #include "host/formats/error.hpp"
 
@@ -51,10 +52,11 @@ void check_travel(const PlannedPath& path, const Vec3& place, const MachineConfi
     for (std::size_t i = 0; i < 3; ++i) {
         const AxisConfig& axis = machine.axis[i];
         if (set_point[i] < axis.travel_min || set_point[i] > axis.travel_max) {
-            refuse_place(path, fmt::format("{}: {} is out of the travel of {}", what(path), part, kAxisLetter[i]),
-                         fmt::format("{:.3f} mm", 1e3 * place[i]),
-                         fmt::format("keep {} within {:.3f} to {:.3f} mm, or burn it with another face before the laser",
-                                     kAxisLetter[i], 1e3 * axis.travel_min, 1e3 * axis.travel_max));
+            refuse_place(
+                path, fmt::format("{}: {} is out of the travel of {}", what(path), part, kAxisLetter[i]),
+                fmt::format("{:.3f} mm", 1e3 * place[i]),
+                fmt::format("keep {} within {:.3f} to {:.3f} mm, or burn it with another face before the laser",
+                            kAxisLetter[i], 1e3 * axis.travel_min, 1e3 * axis.travel_max));
         }
     }
 }
@@ -68,10 +70,10 @@ void check_field(const PlannedPath& path, const Vec3& end, const MachineConfig& 
     const double half = machine.galvo.half_field.si();
     const double largest = std::max(std::abs(command[0]), std::abs(command[1]));
     if (largest > half) {
-        refuse_place(path, fmt::format("{}: leaves the galvo's field, run-in included", what(path)),
-                     fmt::format("{:.3f} mm from its centre", 1e3 * largest),
-                     fmt::format("make it smaller (the field is {:.3f} mm either way), or use actuator \"axes\"",
-                                 1e3 * half));
+        refuse_place(
+            path, fmt::format("{}: leaves the galvo's field, run-in included", what(path)),
+            fmt::format("{:.3f} mm from its centre", 1e3 * largest),
+            fmt::format("make it smaller (the field is {:.3f} mm either way), or use actuator \"axes\"", 1e3 * half));
     }
 }
 
@@ -119,12 +121,12 @@ std::uint8_t check_rate(const PlannedPath& path, const Job& job, const LaserConf
     const double pick = std::max(1.0, std::ceil(laser.prr_min.si() / rate * (1.0 - kRatioSlack)));
     if (pick * rate > laser.prr_nominal.si() * (1.0 + kRatioSlack) ||
         pick > static_cast<double>(std::numeric_limits<std::uint8_t>::max())) {
-        refuse_setting(job,
-                       fmt::format("{}: speed / pitch gives a pulse rate that the laser cannot make", what(path)),
-                       fmt::format("{:.6g} Hz", rate),
-                       fmt::format("choose speed and pitch so that speed / pitch, or it times a whole number up to 255, "
-                                   "is within {} to {} kHz",
-                                   1e-3 * laser.prr_min.si(), 1e-3 * laser.prr_nominal.si()));
+        refuse_setting(
+            job, fmt::format("{}: speed / pitch gives a pulse rate that the laser cannot make", what(path)),
+            fmt::format("{:.6g} Hz", rate),
+            fmt::format("choose speed and pitch so that speed / pitch, or it times a whole number up to 255, "
+                        "is within {} to {} kHz",
+                        1e-3 * laser.prr_min.si(), 1e-3 * laser.prr_nominal.si()));
     }
     return static_cast<std::uint8_t>(pick);
 }
@@ -141,7 +143,8 @@ void check_energy(const PlannedPath& path, const Job& job, const LaserConfig& la
     }
     if (!(energy * kPowerSteps >= 0.5 * most)) {
         refuse_setting(job, fmt::format("{}: pulse energy is below the smallest step of the laser's power", what(path)),
-                       fmt::format("{:.6g} uJ", 1e6 * energy), fmt::format("use {:.4g} uJ or more", 1e6 * most / kPowerSteps));
+                       fmt::format("{:.6g} uJ", 1e6 * energy),
+                       fmt::format("use {:.4g} uJ or more", 1e6 * most / kPowerSteps));
     }
 }
 

@@ -2,6 +2,7 @@
 #include "host/path/face_places.hpp"
 
 #include <cmath>
+
 #include <fmt/format.h>
 
 #include "host/calibration/transforms.hpp"
@@ -71,9 +72,8 @@ void refuse_other_units(const FacePoints& points, const FaceFrame& frame, const 
     }
     // The origin of c or w may lie among the points: small numbers prove nothing there. Nor do large ones prove
     // micrometres, which shrink any points to that origin.
-    const auto guess = guess_unit(millimetres, 0.0, [&](const Vec3& metres) {
-        return within_travel(frame.to_h(metres).v, machine);
-    });
+    const auto guess =
+        guess_unit(millimetres, 0.0, [&](const Vec3& metres) { return within_travel(frame.to_h(metres).v, machine); });
     if (guess && guess->millimetres > 1.0) {
         throw InputError({.file = points.file.string(),
                           .line = points.points.front().line,
@@ -122,7 +122,8 @@ FacePlaces face_places(const Job& job, const JobFace& face, const VerificationTa
     }
     if (face.datum_line) {
         const FaceFrame line_frame(job, calibration, face.datum_line->frame, face.angle_deg);
-        places.line = LineEnds{line_frame.to_h(face.datum_line->from), line_frame.to_h(face.datum_line->to),
+        places.line = LineEnds{line_frame.to_h(face.datum_line->from),
+                               line_frame.to_h(face.datum_line->to),
                                {job.file, face.datum_line->line}};
     }
     return places;

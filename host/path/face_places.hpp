@@ -26,8 +26,8 @@ struct FacePlaces {
 };
 
 /// Reads the face's points file, if it has one, and converts all places: h as they stand; c by h_from_c and the
-/// turntable's axis; w by the job's alignment besides. `from_table` as PlanOptions::points_from_table. Throws InputError
-/// for a face without points, places that look like inches or metres, an incomplete calibration.
+/// turntable's axis; w by the job's alignment besides. `from_table` as PlanOptions::points_from_table. Throws
+/// InputError for a face without points, places that look like inches or metres, an incomplete calibration.
 [[nodiscard]] FacePlaces face_places(const Job& job, const JobFace& face, const VerificationTable& table,
                                      const CalibrationSet& calibration, const MachineConfig& machine, bool from_table);
 

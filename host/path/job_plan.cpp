@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fmt/format.h>
 #include <limits>
+
+#include <fmt/format.h>
 
 #include "host/calibration/transforms.hpp"
 #include "host/formats/error.hpp"
@@ -83,8 +84,7 @@ private:
                               .value = {},
                               .action = "add a [datum_line] to the job"});
         }
-        const FacePlaces places =
-            face_places(job_, face, table_, calibration_, machine_, options_.points_from_table);
+        const FacePlaces places = face_places(job_, face, table_, calibration_, machine_, options_.points_from_table);
         turn_to(face);
         plan_.faces.push_back(face.angle_deg);
         std::vector<Vec3> centres;
@@ -184,9 +184,8 @@ private:
         const double half = 0.5 * job_.datum_line->length.si();
         const MarkSettings& settings = job_.datum_line->settings;
         // Compensation may move a set-point a little: keep that much more.
-        const double spare = settings.actuator == Actuator::axes
-                                 ? run_in_length({1.0, 0.0, 0.0}, settings, machine_) + 0.5e-3
-                                 : 0.0;
+        const double spare =
+            settings.actuator == Actuator::axes ? run_in_length({1.0, 0.0, 0.0}, settings, machine_) + 0.5e-3 : 0.0;
         const double first = x.travel_min + half + spare;
         const double last = x.travel_max - half - spare;
         if (first > last) {

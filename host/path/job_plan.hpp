@@ -30,8 +30,8 @@ struct Source {
 
 /// One straight line that will be burnt. Places are in h at the face's turntable angle, before rounding to wire units.
 struct PlannedPath {
-    std::uint32_t id = 0;    ///< PathBegin::path
-    double face_deg = 0.0;   ///< as the job names it; C = −face_deg
+    std::uint32_t id = 0;   ///< PathBegin::path
+    double face_deg = 0.0;  ///< as the job names it; C = −face_deg
     PathKind kind = PathKind::cross_horizontal;
     int marker = 0;          ///< number of the marker; 0 for a datum line
     Point<frame::H> centre;  ///< of a cross: the measured place; of a datum line: its middle
@@ -50,7 +50,7 @@ struct JobPlan {
     std::vector<PlannedPath> paths;
     std::vector<double> faces;  ///< angles as the job names them, in the order in which they are burnt
     std::uint64_t expected_pulses = 0;
-    double marked_metres = 0.0;  ///< all passes
+    double marked_metres = 0.0;              ///< all passes
     double expected_seconds_estimate = 0.0;  ///< of the cell, from the first turn to the last retract
 };
 

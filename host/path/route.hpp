@@ -28,7 +28,8 @@ struct StrokeOrder {
     Stroke second;
     bool swapped = false;  ///< the second of the given pair comes first
 };
-/// Order and directions of two strokes with the least dark way from `at`. Four candidates, each with the better end of the second stroke; the first best wins.
+/// Order and directions of two strokes with the least dark way from `at`. Four candidates, each with the better end of
+/// the second stroke; the first best wins.
 [[nodiscard]] StrokeOrder order_pair(const Vec3& at, const Stroke& a, const Stroke& b) noexcept;
 
 /// Distance across the beam (x, z).

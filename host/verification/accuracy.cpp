@@ -95,6 +95,7 @@ public:
           plan_(plan),
           truth_(machine_truth(header.errors)),
           compensation_(compensation_of(calibration)),
+          lists_errors_(!header.errors.empty()),
           radius_(radius) {
         report_.known = balance(header.errors, calibration);
     }
@@ -149,22 +150,26 @@ private:
             const Vec3 commanded = path->centre.v;
             point.commanded = commanded;
             point.command_error = cross.place.v - commanded;
-            const Vec3 lands = foretell(truth_, compensation_, commanded, path->settings.actuator, commanded);
-            point.foretold = point.csv_deviation + (lands - commanded);
+            if (lists_errors_) {
+                const Vec3 lands = foretell(truth_, compensation_, commanded, path->settings.actuator, commanded);
+                point.foretold = point.csv_deviation + (lands - commanded);
+            }
             samples_.push_back({commanded, cross.place.v});
             report_.max_command_error = std::max(report_.max_command_error, norm(*point.command_error));
-            report_.max_command_error_axes =
-                larger(report_.max_command_error_axes, magnitudes(*point.command_error));
+            report_.max_command_error_axes = larger(report_.max_command_error_axes, magnitudes(*point.command_error));
         }
         return point;
     }
 
-    static void summarise(FaceAccuracy& face) {
+    void summarise(FaceAccuracy& face) const {
         face.found = figures(face.points, [](const PointAccuracy& p) { return std::optional(p.deviation); });
         face.csv = figures(face.points, [](const PointAccuracy& p) { return std::optional(p.csv_deviation); });
-        face.foretold = figures(face.points, [](const PointAccuracy& p) { return p.foretold; });
-        face.difference = std::max(largest(magnitudes(face.found.max - face.foretold.max)),
-                                   largest(magnitudes(face.found.rms - face.foretold.rms)));
+        if (lists_errors_) {
+            const AxisFigures expected = figures(face.points, [](const PointAccuracy& p) { return p.foretold; });
+            face.foretold = expected;
+            face.difference = std::max(largest(magnitudes(face.found.max - expected.max)),
+                                       largest(magnitudes(face.found.rms - expected.rms)));
+        }
     }
 
     void judge_lines() {
@@ -239,7 +244,8 @@ private:
     }
 
     [[nodiscard]] bool is_complete() const {
-        bool complete = report_.crosses_elsewhere == 0 && report_.lines_missing == 0 && report_.lines_extra == 0 && found_.alone.empty();
+        bool complete = report_.crosses_elsewhere == 0 && report_.lines_missing == 0 && report_.lines_extra == 0 &&
+                        found_.alone.empty();
         for (const FaceAccuracy& face : report_.faces) {
             const auto planned = static_cast<std::size_t>(std::ranges::count_if(plan_.paths, [&](const PlannedPath& p) {
                 return p.kind == PathKind::cross_horizontal && same_face(p.face_deg, face.face_deg);
@@ -254,6 +260,7 @@ private:
     const JobPlan& plan_;
     const MachineTruth truth_;
     const Compensation compensation_;
+    const bool lists_errors_;
     const double radius_;
     std::vector<ErrorSample> samples_;
     AccuracyReport report_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <iterator>
 #include <optional>
+#include <tuple>
 
 #include "host/calibration/transforms.hpp"
 #include "host/verification/stroke_builder.hpp"
@@ -95,8 +96,7 @@ std::optional<Candidate> try_pair(const std::vector<Stroke>& strokes, std::size_
 }
 
 FoundCross make_cross(const std::vector<Stroke>& strokes, const Candidate& pair) {
-    const bool a_along_x =
-        std::abs(strokes[pair.a].line.direction.x) >= std::abs(strokes[pair.b].line.direction.x);
+    const bool a_along_x = std::abs(strokes[pair.a].line.direction.x) >= std::abs(strokes[pair.b].line.direction.x);
     FoundCross found;
     found.stroke_a = a_along_x ? pair.a : pair.b;
     found.stroke_b = a_along_x ? pair.b : pair.a;
@@ -132,7 +132,7 @@ void pair_strokes(std::size_t first, BurnFindings& findings, const BurnFinderSet
             }
         }
     }
-    std::ranges::stable_sort(candidates, {}, &Candidate::eccentricity);
+    std::ranges::sort(candidates, {}, [](const Candidate& c) { return std::tuple(c.eccentricity, c.a, c.b); });
     std::vector<FoundCross> crosses;
     for (const Candidate& pair : candidates) {
         if (!taken[pair.a] && !taken[pair.b]) {
@@ -140,8 +140,8 @@ void pair_strokes(std::size_t first, BurnFindings& findings, const BurnFinderSet
             crosses.push_back(make_cross(strokes, pair));
         }
     }
-    std::ranges::stable_sort(crosses, {}, [&](const FoundCross& c) {
-        return std::min(strokes[c.stroke_a].first_ns, strokes[c.stroke_b].first_ns);
+    std::ranges::sort(crosses, {}, [&](const FoundCross& c) {
+        return std::tuple(std::min(strokes[c.stroke_a].first_ns, strokes[c.stroke_b].first_ns), c.stroke_a);
     });
     findings.crosses.insert(findings.crosses.end(), crosses.begin(), crosses.end());
     for (std::size_t i = first; i < strokes.size(); ++i) {

@@ -18,10 +18,10 @@ namespace sc::host {
 /// A straight stroke on one face, all its passes together. Places in h with the face at its nominal angle.
 struct Stroke {
     double face_deg = 0.0;
-    FlatLine line;         ///< across the beam
-    Trend surface_depth;   ///< y of the surface by place along the line
-    Trend focus_depth;     ///< y of the focus: the surface's plus the defocus there
-    double z_min = 0.0;            ///< of the pulses that count
+    FlatLine line;        ///< across the beam
+    Trend surface_depth;  ///< y of the surface by place along the line
+    Trend focus_depth;    ///< y of the focus: the surface's plus the defocus there
+    double z_min = 0.0;   ///< of the pulses that count
     double z_max = 0.0;
     std::size_t pulses = 0;
     std::size_t outliers = 0;  ///< of them, too far off the line to count
@@ -33,11 +33,11 @@ struct Stroke {
 /// Two strokes that cross at right angles.
 struct FoundCross {
     double face_deg = 0.0;
-    Point<frame::H> place;       ///< x, z of the crossing; y of the focus there
-    double surface_y = 0.0;      ///< of the surface at the crossing
-    double sigma = 0.0;          ///< standard deviation of x and of z from the scatter of the pulses, metres
-    double squareness = 0.0;     ///< angle between the strokes less a right one, rad
-    std::size_t stroke_a = 0;    ///< indices in BurnFindings::strokes; a is the one nearer to x
+    Point<frame::H> place;     ///< x, z of the crossing; y of the focus there
+    double surface_y = 0.0;    ///< of the surface at the crossing
+    double sigma = 0.0;        ///< standard deviation of x and of z from the scatter of the pulses, metres
+    double squareness = 0.0;   ///< angle between the strokes less a right one, rad
+    std::size_t stroke_a = 0;  ///< indices in BurnFindings::strokes; a is the one nearer to x
     std::size_t stroke_b = 0;
 };
 

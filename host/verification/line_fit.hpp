@@ -24,12 +24,12 @@ constexpr double cross(const Flat& a, const Flat& b) noexcept { return a.x * b.z
 [[nodiscard]] double length(const Flat& a) noexcept;
 
 struct FlatLine {
-    Flat point;      ///< centroid of the places that count
-    Flat direction;  ///< unit
+    Flat point;          ///< centroid of the places that count
+    Flat direction;      ///< unit
     double first = 0.0;  ///< places that count lie from `first` to `last` along the line, counted from `point`
     double last = 0.0;
-    double rms = 0.0;    ///< distance of those places from the line
-    double swing = 0.0;  ///< greatest minus least signed distance from the line
+    double rms = 0.0;          ///< distance of those places from the line
+    double swing = 0.0;        ///< greatest minus least signed distance from the line
     std::vector<bool> counts;  ///< per place: not an outlier
 
     [[nodiscard]] double along(const Flat& p) const noexcept { return dot(p - point, direction); }

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
+
+#include <nlohmann/json_fwd.hpp>
 
 #include "host/verification/accuracy.hpp"
 #include "host/verification/sample_checker.hpp"
@@ -15,9 +16,9 @@ namespace sc::host {
 
 /// What the report tells of the run besides its accuracy.
 struct RunFacts {
-    std::string job;       ///< its name
-    std::string job_hash;  ///< hex
-    std::string state;     ///< of the cell at the end: "armed", "held", "fault", ...
+    std::string job;           ///< its name
+    std::string job_hash;      ///< hex
+    std::string state;         ///< of the cell at the end: "armed", "held", "fault", ...
     std::uint64_t pulses = 0;  ///< fired, as the cell counts them
     double cell_seconds = 0.0;
     double wall_seconds = 0.0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+
 #include <nlohmann/json.hpp>
 
 #include "host/verification/report.hpp"
@@ -50,9 +51,9 @@ Json face_json(const FaceAccuracy& face) {
             {"rms", named_mm(face.found.rms)},
             {"csv_max", named_mm(face.csv.max)},
             {"csv_rms", named_mm(face.csv.rms)},
-            {"expected_max", named_mm(face.foretold.max)},
-            {"expected_rms", named_mm(face.foretold.rms)},
-            {"difference_um", um(face.difference)},
+            {"expected_max", face.foretold ? named_mm(face.foretold->max) : Json(nullptr)},
+            {"expected_rms", face.foretold ? named_mm(face.foretold->rms) : Json(nullptr)},
+            {"difference_um", face.difference ? Json(um(*face.difference)) : Json(nullptr)},
             {"not_found", face.not_found},
             {"ambiguous", face.ambiguous},
             {"unmatched_crosses_mm", std::move(unmatched)},
@@ -120,10 +121,14 @@ Json peaks_json(const SampleReport& samples) {
 }
 
 Json burnt_json(const BurnFindings& burns) {
-    return {{"strokes", burns.strokes.size()},      {"crosses", burns.crosses.size()},
-            {"lines", burns.lines.size()},          {"pulses", burns.pulses},
-            {"missed_surface", burns.missed},       {"off_face", burns.off_face},
-            {"stray", burns.stray},                 {"strokes_alone", burns.alone.size()}};
+    return {{"strokes", burns.strokes.size()},
+            {"crosses", burns.crosses.size()},
+            {"lines", burns.lines.size()},
+            {"pulses", burns.pulses},
+            {"missed_surface", burns.missed},
+            {"off_face", burns.off_face},
+            {"stray", burns.stray},
+            {"strokes_alone", burns.alone.size()}};
 }
 
 }  // namespace

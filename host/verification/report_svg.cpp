@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+
 #include <fmt/format.h>
 
 #include "host/path/face_places.hpp"
@@ -13,12 +14,12 @@ namespace {
 
 constexpr double kArrowFactor = 1000.0;
 constexpr double kPanelWidth = 620.0;
-constexpr double kHeadHeight = 62.0;
+constexpr double kHeadHeight = 78.0;
 constexpr double kFootHeight = 44.0;
 constexpr double kPictureHeight = 460.0;
 constexpr double kPanelHeight = kHeadHeight + kPictureHeight + kFootHeight;
 constexpr double kGap = 18.0;
-constexpr double kTop = 52.0;
+constexpr double kTop = 68.0;
 constexpr double kInset = 46.0;  ///< between panel and drawing, for the numbers on the grid
 
 /// From millimetres on the face to the picture: the same scale both ways, the drawing centred. Seen from the laser, x
@@ -81,14 +82,24 @@ FaceMap map_of(double left, double top, const std::vector<Flat>& places) {
     return {left, top, least - Flat{kMargin, kMargin}, most + Flat{kMargin, kMargin}};
 }
 
+std::vector<double> multiples(double step, double least, double most) {
+    std::vector<double> out;
+    const auto first = static_cast<int>(std::ceil(least / step));
+    const auto last = static_cast<int>(std::floor(most / step));
+    for (int i = first; i <= last; ++i) {
+        out.push_back(step * i);
+    }
+    return out;
+}
+
 void draw_grid(Svg& svg, const FaceMap& map) {
     const double width = std::max(map.most().x - map.least().x, map.most().z - map.least().z);
     const double step = width > 120.0 ? 50.0 : (width > 40.0 ? 10.0 : 5.0);
-    for (double x = std::ceil(map.least().x / step) * step; x <= map.most().x; x += step) {
+    for (const double x : multiples(step, map.least().x, map.most().x)) {
         svg.line(map.x(x), map.y(map.least().z), map.x(x), map.y(map.most().z), "grid");
         svg.text(map.x(x), map.y(map.least().z) + 13.0, fmt::format("{:.0f}", x), "small", "middle");
     }
-    for (double z = std::ceil(map.least().z / step) * step; z <= map.most().z; z += step) {
+    for (const double z : multiples(step, map.least().z, map.most().z)) {
         svg.line(map.x(map.least().x), map.y(z), map.x(map.most().x), map.y(z), "grid");
         svg.text(map.x(map.most().x) - 5.0, map.y(z) + 4.0, fmt::format("{:.0f}", z), "small", "end");
     }
@@ -111,8 +122,8 @@ void draw_burns(Svg& svg, const FaceMap& map, const FaceAccuracy& face, const Re
 void draw_point(Svg& svg, const FaceMap& map, const PointAccuracy& point) {
     const Flat at = in_mm(point.found.v);
     const Flat tip = tip_of(point);
-    svg.open_group(fmt::format("marker {}: deviation x {:.3f}, y {:.3f}, z {:.3f} mm", point.no, 1e3 * point.deviation.x,
-                               1e3 * point.deviation.y, 1e3 * point.deviation.z));
+    svg.open_group(fmt::format("marker {}: deviation x {:.3f}, y {:.3f}, z {:.3f} mm", point.no,
+                               1e3 * point.deviation.x, 1e3 * point.deviation.y, 1e3 * point.deviation.z));
     svg.arrow(map.x(at.x), map.y(at.z), map.x(tip.x), map.y(tip.z), "arrow");
     const double side = map.x(tip.x) > map.x(at.x) ? -1.0 : 1.0;
     const double level = tip.z > at.z ? 13.0 : -6.0;
@@ -126,9 +137,10 @@ void draw_head(Svg& svg, double left, double top, const FaceAccuracy& face) {
     const Vec3 max = 1e3 * face.found.max;
     const Vec3 rms = 1e3 * face.found.rms;
     svg.text(left + 14.0, top + 43.0,
-             fmt::format("{} crosses found. Deviation from the true places, mm: max x {:.3f}, y {:.3f}, z {:.3f}; rms x "
-                         "{:.3f}, y {:.3f}, z {:.3f}",
-                         face.points.size(), max.x, max.y, max.z, rms.x, rms.y, rms.z),
+             fmt::format("{} crosses found; deviation from the true places (mm):", face.points.size()), "small");
+    svg.text(left + 14.0, top + 58.0,
+             fmt::format("max x {:.3f}, y {:.3f}, z {:.3f}; rms x {:.3f}, y {:.3f}, z {:.3f}", max.x, max.y, max.z,
+                         rms.x, rms.y, rms.z),
              "small");
     if (!face.not_found.empty()) {
         svg.text(left + kPanelWidth - 14.0, top + 24.0,
@@ -146,8 +158,9 @@ void draw_scale_bar(Svg& svg, double left, double top, const FaceMap& map) {
     svg.line(x1, y, x2, y, "bar");
     svg.line(x1, y - 4.0, x1, y + 4.0, "bar");
     svg.line(x2, y - 4.0, x2, y + 4.0, "bar");
-    svg.text(x2 + 10.0, y + 4.0, fmt::format("{:g} mm on the face; as an arrow, {:g} mm of deviation (found - true, x and z, × {:.0f})",
-                                             mm, mm / kArrowFactor, kArrowFactor),
+    svg.text(x2 + 10.0, y + 4.0,
+             fmt::format("{:g} mm on the face; as an arrow, {:g} mm of deviation (found - true, x and z, × {:.0f})", mm,
+                         mm / kArrowFactor, kArrowFactor),
              "small");
 }
 
@@ -179,6 +192,10 @@ std::string report_svg(const Report& report) {
     svg.text(kGap, 32.0,
              fmt::format("{}: what was burnt, as seen from the laser (x grows to the left, z up; mm)", report.run.job),
              "title");
+    svg.text(
+        kGap, 52.0,
+        "Black: crosses, with their markers' numbers. Blue: datum lines. Red: deviation, found - true, in x and z.",
+        "small");
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const double left = kGap + static_cast<double>(i % columns) * (kPanelWidth + kGap);
         const double top = kTop + static_cast<double>(i / columns) * (kPanelHeight + kGap);

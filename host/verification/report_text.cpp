@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
+#include <cmath>
 #include <iterator>
+
+#include <fmt/format.h>
 
 #include "host/verification/report.hpp"
 
@@ -10,15 +12,16 @@ namespace {
 
 using Out = std::back_insert_iterator<std::string>;
 
+/// The value without the sign that a rounded zero would keep.
+double shown(double value, double half_digit) { return std::abs(value) < half_digit ? 0.0 : value; }
+
 void add_figures(Out out, std::string_view label, const AxisFigures& figures) {
     fmt::format_to(out, "  {:<64}  max {:7.3f} {:7.3f} {:7.3f}   rms {:6.3f} {:6.3f} {:6.3f}\n", label,
                    1e3 * figures.max.x, 1e3 * figures.max.y, 1e3 * figures.max.z, 1e3 * figures.rms.x,
                    1e3 * figures.rms.y, 1e3 * figures.rms.z);
 }
 
-std::string list(const std::vector<int>& numbers) {
-    return fmt::format("{}", fmt::join(numbers, ", "));
-}
+std::string list(const std::vector<int>& numbers) { return fmt::format("{}", fmt::join(numbers, ", ")); }
 
 void add_gaps(Out out, const FaceAccuracy& face) {
     if (!face.not_found.empty()) {
@@ -36,25 +39,26 @@ void add_face(Out out, const FaceAccuracy& face) {
     fmt::format_to(out, "\n{:g}° surface (mm)\n", face.face_deg);
     fmt::format_to(out, "  {:>3}  {:^28}  {:^28}  {:^23}  {:^20}\n", "No.", "Found on the surface", "True value",
                    "Deviation", "Command error (um)");
-    fmt::format_to(out, "  {:>3}  {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}   {:>7} {:>7} {:>7}  {:>6} {:>6} {:>6}\n", "", "x",
-                   "y", "z", "x", "y", "z", "dx", "dy", "dz", "x", "y", "z");
+    fmt::format_to(out, "  {:>3}  {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}   {:>7} {:>7} {:>7}  {:>6} {:>6} {:>6}\n", "",
+                   "x", "y", "z", "x", "y", "z", "dx", "dy", "dz", "x", "y", "z");
     for (const PointAccuracy& p : face.points) {
         const Vec3 f = 1e3 * p.found.v;
         const Vec3 t = 1e3 * p.truth.v;
         const Vec3 d = 1e3 * p.deviation;
-        fmt::format_to(out,
-                       "  {:>3}  {:9.3f} {:9.3f} {:9.3f} {:9.3f} {:9.3f} {:9.3f}   {:7.3f} {:7.3f} {:7.3f}", p.no, f.x,
-                       f.y, f.z, t.x, t.y, t.z, d.x, d.y, d.z);
+        fmt::format_to(out, "  {:>3}  {:9.3f} {:9.3f} {:9.3f} {:9.3f} {:9.3f} {:9.3f}   {:7.3f} {:7.3f} {:7.3f}", p.no,
+                       f.x, f.y, f.z, t.x, t.y, t.z, shown(d.x, 0.0005), shown(d.y, 0.0005), shown(d.z, 0.0005));
         if (p.command_error) {
             const Vec3 e = 1e6 * *p.command_error;
-            fmt::format_to(out, "  {:6.2f} {:6.2f} {:6.2f}", e.x, e.y, e.z);
+            fmt::format_to(out, "  {:6.2f} {:6.2f} {:6.2f}", shown(e.x, 0.005), shown(e.y, 0.005), shown(e.z, 0.005));
         }
         fmt::format_to(out, "\n");
     }
     add_figures(out, fmt::format("found on the surface, {} points", face.points.size()), face.found);
     add_figures(out, "the table alone (measured - true)", face.csv);
-    add_figures(out, "the table plus the world's known errors", face.foretold);
-    fmt::format_to(out, "  found differs from the latter by {:.2f} um at most\n", 1e6 * face.difference);
+    if (face.foretold && face.difference) {
+        add_figures(out, "the table plus the world's known errors", *face.foretold);
+        fmt::format_to(out, "  found differs from the latter by {:.2f} um at most\n", 1e6 * *face.difference);
+    }
     add_gaps(out, face);
 }
 
@@ -62,13 +66,12 @@ void add_lines(Out out, const AccuracyReport& a) {
     fmt::format_to(out, "\nDatum lines\n");
     for (const LineAccuracy& line : a.lines) {
         fmt::format_to(out,
-                       "  {:>4g}°  length {:8.3f} mm, z {:9.3f} mm within {:5.2f} um, straight within {:5.2f} um, "
-                       "{:5.2f} um off the markers' plane",
-                       line.found.face_deg, 1e3 * line.found.length,
-                       0.5e3 * (line.found.from.v.z + line.found.to.v.z), 1e6 * line.found.z_range,
-                       1e6 * line.found.straightness, 1e6 * line.plane_distance);
+                       "  {:>4g}°  length {:7.3f} mm, z {:8.3f} mm within {:5.2f} um, straight within {:5.2f} um; "
+                       "off the markers' plane {:5.2f} um",
+                       line.found.face_deg, 1e3 * line.found.length, 0.5e3 * (line.found.from.v.z + line.found.to.v.z),
+                       1e6 * line.found.z_range, 1e6 * line.found.straightness, 1e6 * line.plane_distance);
         if (line.command_error) {
-            fmt::format_to(out, ", {:5.2f} um off its command\n", 1e6 * *line.command_error);
+            fmt::format_to(out, ", its command {:5.2f} um\n", 1e6 * *line.command_error);
         } else {
             fmt::format_to(out, ", not in the plan\n");
         }
@@ -84,9 +87,11 @@ void add_lines(Out out, const AccuracyReport& a) {
 void add_errors(Out out, const AccuracyReport& a) {
     fmt::format_to(out, "\nErrors that all crosses share (found - commanded)\n");
     for (const FoundError& error : a.common.errors) {
-        fmt::format_to(out, "  {:<16} {:9.3f} ± {:.3f} {}\n", error.name, error.value, error.sigma, error.unit);
+        fmt::format_to(out, "  {:<16} {:9.4f} ± {:.4f} {}\n", error.name, shown(error.value, 0.00005), error.sigma,
+                       error.unit);
     }
-    fmt::format_to(out, "  what they do not explain: rms {:.2f} um, max {:.2f} um\n", a.common.rms_um, a.common.worst_um);
+    fmt::format_to(out, "  what they do not explain: rms {:.2f} um, max {:.2f} um\n", a.common.rms_um,
+                   a.common.worst_um);
     if (a.known.empty()) {
         return;
     }
@@ -127,12 +132,14 @@ std::string report_text(const Report& report) {
     add_lines(out, a);
     add_errors(out, a);
     fmt::format_to(out, "\nSummary\n");
-    fmt::format_to(out, "  burnt: {} crosses, {} lines, {} strokes in all; pulses {}, of them stray {}, off the surface {}\n",
-                   b.crosses.size(), b.lines.size(), b.strokes.size(), b.pulses, b.stray, b.missed);
-    fmt::format_to(out, "  {}\n", a.complete ? "all that was planned was found, and nothing else"
-                                              : "NOT COMPLETE: what was found is not what was planned");
-    fmt::format_to(out, "  largest command error: {:.2f} um (x {:.2f}, y {:.2f}, z {:.2f})\n", 1e6 * a.max_command_error,
-                   1e6 * a.max_command_error_axes.x, 1e6 * a.max_command_error_axes.y,
+    fmt::format_to(
+        out, "  burnt: {} crosses, {} lines, {} strokes in all; pulses {}, of them stray {}, off the surface {}\n",
+        b.crosses.size(), b.lines.size(), b.strokes.size(), b.pulses, b.stray, b.missed);
+    fmt::format_to(out, "  {}\n",
+                   a.complete ? "all that was planned was found, and nothing else"
+                              : "NOT COMPLETE: what was found is not what was planned");
+    fmt::format_to(out, "  largest command error: {:.2f} um (x {:.2f}, y {:.2f}, z {:.2f})\n",
+                   1e6 * a.max_command_error, 1e6 * a.max_command_error_axes.x, 1e6 * a.max_command_error_axes.y,
                    1e6 * a.max_command_error_axes.z);
     add_motion(out, report.samples);
     fmt::format_to(out, "  cell time {:.1f} s, wall time {:.1f} s, state at the end: {}\n", report.run.cell_seconds,

@@ -19,9 +19,9 @@ namespace sc::host {
 
 /// A rule that an emitted sample broke.
 enum class Breach : std::uint8_t {
-    missing_tick,          ///< ticks do not follow one another; nothing can be said of the gap
-    travel,                ///< set-point of an axis
-    speed,                 ///< of an axis or a mirror
+    missing_tick,  ///< ticks do not follow one another; nothing can be said of the gap
+    travel,        ///< set-point of an axis
+    speed,         ///< of an axis or a mirror
     acceleration,
     jerk,
     galvo_field,           ///< a mirror beyond its field
@@ -34,10 +34,10 @@ enum class Breach : std::uint8_t {
 struct Violation {
     Breach breach = Breach::missing_tick;
     std::int64_t tick = 0;
-    int frame = -1;          ///< galvo frame within the tick; −1 = the axes' set-point
-    std::string_view axis;   ///< "x", "y", "z", "c", "galvo x", "galvo z"; empty if of none
-    double value = 0.0;      ///< base units: m, m/s, ..., degrees for C
-    double limit = 0.0;      ///< what it had to stay within, tolerance left out
+    int frame = -1;         ///< galvo frame within the tick; −1 = the axes' set-point
+    std::string_view axis;  ///< "x", "y", "z", "c", "galvo x", "galvo z"; empty if of none
+    double value = 0.0;     ///< base units: m, m/s, ..., degrees for C
+    double limit = 0.0;     ///< what it had to stay within, tolerance left out
 };
 
 /// Largest magnitudes met, base units.

@@ -2,8 +2,9 @@
 #include "host/verification/svg.hpp"
 
 #include <cmath>
-#include <fmt/format.h>
 #include <iterator>
+
+#include <fmt/format.h>
 
 namespace sc::host {
 
@@ -46,24 +47,26 @@ std::string escaped(std::string_view text) {
 Svg::Svg(double width, double height) : width_(width), height_(height) {}
 
 void Svg::line(double x1, double y1, double x2, double y2, std::string_view css_class) {
-    fmt::format_to(std::back_inserter(body_), "<line class=\"{}\" x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\"/>\n",
-                   css_class, x1, y1, x2, y2);
+    fmt::format_to(std::back_inserter(body_),
+                   "<line class=\"{}\" x1=\"{:.2f}\" y1=\"{:.2f}\" x2=\"{:.2f}\" y2=\"{:.2f}\"/>\n", css_class, x1, y1,
+                   x2, y2);
 }
 
 void Svg::circle(double x, double y, double radius, std::string_view css_class) {
-    fmt::format_to(std::back_inserter(body_), "<circle class=\"{}\" cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\"/>\n", css_class,
-                   x, y, radius);
+    fmt::format_to(std::back_inserter(body_), "<circle class=\"{}\" cx=\"{:.2f}\" cy=\"{:.2f}\" r=\"{:.2f}\"/>\n",
+                   css_class, x, y, radius);
 }
 
 void Svg::rect(double x, double y, double width, double height, std::string_view css_class) {
     fmt::format_to(std::back_inserter(body_),
-                   "<rect class=\"{}\" x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"/>\n", css_class, x, y,
-                   width, height);
+                   "<rect class=\"{}\" x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"/>\n", css_class, x,
+                   y, width, height);
 }
 
 void Svg::text(double x, double y, std::string_view content, std::string_view css_class, std::string_view anchor) {
-    fmt::format_to(std::back_inserter(body_), "<text class=\"{}\" x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"{}\">{}</text>\n",
-                   css_class, x, y, anchor, escaped(content));
+    fmt::format_to(std::back_inserter(body_),
+                   "<text class=\"{}\" x=\"{:.2f}\" y=\"{:.2f}\" text-anchor=\"{}\">{}</text>\n", css_class, x, y,
+                   anchor, escaped(content));
 }
 
 void Svg::arrow(double x1, double y1, double x2, double y2, std::string_view css_class) {
@@ -79,9 +82,9 @@ void Svg::arrow(double x1, double y1, double x2, double y2, std::string_view css
     const double bx = x2 - kHead * ux;
     const double by = y2 - kHead * uy;
     line(x1, y1, bx, by, css_class);
-    fmt::format_to(std::back_inserter(body_), "<path class=\"{}\" d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}L{:.2f} {:.2f}Z\"/>\n",
-                   css_class, x2, y2, bx - kHalfWidth * uy, by + kHalfWidth * ux, bx + kHalfWidth * uy,
-                   by - kHalfWidth * ux);
+    fmt::format_to(std::back_inserter(body_),
+                   "<path class=\"{}\" d=\"M{:.2f} {:.2f}L{:.2f} {:.2f}L{:.2f} {:.2f}Z\"/>\n", css_class, x2, y2,
+                   bx - kHalfWidth * uy, by + kHalfWidth * ux, bx + kHalfWidth * uy, by - kHalfWidth * ux);
 }
 
 void Svg::open_group(std::string_view title) {

@@ -123,7 +123,8 @@ std::vector<ErrorBalance> balance(std::span<const KnownError> errors, const Cali
     std::vector<ErrorBalance> list;
     for (const KnownError& error : errors) {
         const Entry* const entry = find_entry(error.name);
-        const std::optional<double> si = entry != nullptr ? entry->calibrated(set) : of_turntable(set, error.name, height);
+        const std::optional<double> si =
+            entry != nullptr ? entry->calibrated(set) : of_turntable(set, error.name, height);
         ErrorBalance line{error, std::nullopt, error.value, entry != nullptr};
         if (si) {
             line.calibrated = *si / si_of(error.unit);

@@ -25,9 +25,9 @@ struct ErrorBalance {
 
 /// True errors of axes and galvo in SI units, as far as the header lists them; absent ones are zero.
 struct MachineTruth {
-    std::array<double, 3> squareness{};  ///< xy, xz, yz: rad
-    std::array<double, 3> scale{};       ///< x, y, z
-    std::array<double, 2> galvo_offset{};               ///< x, z: metres
+    std::array<double, 3> squareness{};                      ///< xy, xz, yz: rad
+    std::array<double, 3> scale{};                           ///< x, y, z
+    std::array<double, 2> galvo_offset{};                    ///< x, z: metres
     std::array<double, 4> galvo_matrix{1.0, 0.0, 0.0, 1.0};  ///< row-major
 };
 

@@ -4,8 +4,8 @@
 #include <bit>
 #include <cstdint>
 
-/// Scalar mathematics of the control path: only + − × ÷ and the correctly rounded square root, so every core and compiler
-/// gives the same bits. No libm.
+/// Scalar mathematics of the control path: only + − × ÷ and the correctly rounded square root, so every core and
+/// compiler gives the same bits. No libm.
 
 namespace sc {
 
@@ -29,8 +29,8 @@ namespace sc {
     return rest <= -0.5 ? whole - 1 : whole;
 }
 
-/// Cube root of v ≥ 0 (0 for less); relative error below 1e-15. Newton from a guess made of the exponent; the number of steps is
-/// fixed, so the cost is too (about 60 operations).
+/// Cube root of v ≥ 0 (0 for less); relative error below 1e-15. Newton from a guess made of the exponent; the number of
+/// steps is fixed, so the cost is too (about 60 operations).
 [[nodiscard]] constexpr double cube_root(double v) noexcept {
     if (!(v > 0.0)) {
         return 0.0;

@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "../../../unit/firmware/link/link_host.hpp"
+#include "tests/unit/firmware/link/link_host.hpp"
 #include "shared/link/blocks.hpp"
 #include "shared/path/job_hash.hpp"
 

@@ -2,12 +2,12 @@
 // Random paths through the planner, judged on emitted 1 ms samples by differences alone.
 #include "firmware/motion/planner.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <memory>
 #include <random>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace sc::motion {
 namespace {
@@ -70,7 +70,10 @@ public:
                 return;
             }
         }
-        FAIL() << "never done: element " << planner_->elements().end() << " first " << planner_->elements().first() << " time " << time_ << " law end " << planner_->law().end_time() << " stopped " << planner_->stopped() << " complete " << planner_->complete() << " next point " << next_ << " free " << planner_->law().free() << " finished " << planner_->builder().finished();
+        FAIL() << "never done: element " << planner_->elements().end() << " first " << planner_->elements().first()
+               << " time " << time_ << " law end " << planner_->law().end_time() << " stopped " << planner_->stopped()
+               << " complete " << planner_->complete() << " next point " << next_ << " free " << planner_->law().free()
+               << " finished " << planner_->builder().finished();
     }
 
 private:

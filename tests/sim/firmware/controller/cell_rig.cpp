@@ -63,7 +63,8 @@ void CellRig::pump() {
         sent_ = ack_.received;
         ack_tick_ = tick_;
     }
-    const std::uint32_t last = std::min({static_cast<std::uint32_t>(items_.size()), limit_, ack_.received + ack_.free_items});
+    const std::uint32_t last =
+        std::min({static_cast<std::uint32_t>(items_.size()), limit_, ack_.received + ack_.free_items});
     while (sent_ < last) {
         const std::size_t count = std::min<std::size_t>(options_.items_per_block, last - sent_);
         link::Block block = link::make_block(job_, std::span(items_).first(sent_ + count), sent_);
@@ -79,7 +80,8 @@ void CellRig::tick() {
     pump();
     cell_->tick();
     const ServoOutputs& out = cell_->latest();
-    path_pulses_.insert(path_pulses_.end(), out.pulses.begin(), out.pulses.begin() + static_cast<std::ptrdiff_t>(out.pulses_size));
+    path_pulses_.insert(path_pulses_.end(), out.pulses.begin(),
+                        out.pulses.begin() + static_cast<std::ptrdiff_t>(out.pulses_size));
     set_points_.push_back(out.set_point);
     ++tick_;
     receive();
@@ -123,12 +125,12 @@ link::CommandReply CellRig::command(link::Verb verb, std::int32_t arg0, std::int
 
 void CellRig::make_ready() {
     connect();
-    if (!until_state(State::disabled, 5000) || command(link::Verb::enable).refusal != 0 || !until_state(State::idle, 5000) ||
-        command(link::Verb::home).refusal != 0) {
+    if (!until_state(State::disabled, 5000) || command(link::Verb::enable).refusal != 0 ||
+        !until_state(State::idle, 5000) || command(link::Verb::home).refusal != 0) {
         throw std::runtime_error("cannot enable");
     }
-    if (!until_state(State::homing, 100) || !until_state(State::idle, 120'000) || command(link::Verb::arm).refusal != 0 ||
-        !until_state(State::armed, 1000)) {
+    if (!until_state(State::homing, 100) || !until_state(State::idle, 120'000) ||
+        command(link::Verb::arm).refusal != 0 || !until_state(State::armed, 1000)) {
         throw std::runtime_error("cannot home or arm");
     }
 }
@@ -153,8 +155,8 @@ std::string CellRig::command_hash() const {
     Sha256 hash;
     for (const PathPulse& pulse : path_pulses_) {
         std::array<std::uint8_t, trace::kCommandRecordSize> bytes{};
-        trace::pack(trace::CommandRecord{pulse.path, pulse.pass, pulse.number, pulse.s_pm, pulse.place_pm, pulse.energy_code,
-                                         pulse.t_ns},
+        trace::pack(trace::CommandRecord{pulse.path, pulse.pass, pulse.number, pulse.s_pm, pulse.place_pm,
+                                         pulse.energy_code, pulse.t_ns},
                     bytes);
         hash.update(bytes);
     }

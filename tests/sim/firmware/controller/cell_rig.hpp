@@ -24,7 +24,7 @@ namespace sc::test {
 class CellRig {
 public:
     struct Options {
-        std::string script;            ///< faults, as in a script file
+        std::string script;  ///< faults, as in a script file
         std::size_t items_per_block = 255;
         bool with_default_errors = true;
         std::uint32_t baud = 921'600;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/controller.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <map>
 #include <set>
+
+#include <gtest/gtest.h>
 
 #include "cell_rig.hpp"
 
@@ -215,7 +215,8 @@ TEST(Controller, AbortsToArmedAndTakesAnotherJob) {
     const auto again = rig.path_pulses().size();
     ASSERT_EQ(rig.open_job(short_job(30.0)).refusal, 0);
     ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
-    ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() == again + 1906 && rig.state() == State::armed; }, 60'000));
+    ASSERT_TRUE(
+        rig.until([&] { return rig.path_pulses().size() == again + 1906 && rig.state() == State::armed; }, 60'000));
 }
 
 struct FaultCase {
@@ -297,7 +298,8 @@ TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
     const std::vector<Case> cases{
         {[](auto& items) { items[10] = PathPoint{-60'000'000, 0, 0}; }, Refusal::out_of_travel, 10},
         {[](auto& items) { items[11] = PathPoint{-25'000'000, -31'900'000, -48'500'000}; }, Refusal::in_keep_out, 11},
-        {[](auto& items) { items[2] = PathPoint{-22'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field, 2},
+        {[](auto& items) { items[2] = PathPoint{-22'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field,
+         2},
         {[](auto& items) { items[0] = Turn{40'000'000}; }, Refusal::turn_out_of_range, 0},
         {[](auto& items) { std::get<PathBegin>(items[1]).speed_um_s = 0; }, Refusal::bad_speed, 1},
         {[](auto& items) { std::get<PathBegin>(items[1]).pitch_nm = 10; }, Refusal::bad_pitch, 1},

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/motion/element.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
+
+#include <gtest/gtest.h>
 
 namespace sc::motion {
 namespace {
@@ -48,7 +48,8 @@ TEST_P(Blend, LeavesAndMeetsTheLinesSmoothlyAndStaysWithinItsDeviation) {
     }
     EXPECT_NEAR(std::sqrt(deviation), 0.1875 * half * std::sqrt(bend), 1e-14);
 
-    // At the cap, differences of a finely sampled pass keep each axis' acceleration and jerk, and one of them is used up.
+    // At the cap, differences of a finely sampled pass keep each axis' acceleration and jerk, and one of them is used
+    // up.
     const double dt = e.length / e.cap / 2000.0;
     double worst = 0.0;
     double length = 0.0;
@@ -89,7 +90,7 @@ TEST(Element, LineTakesTheLimitOfTheAxisThatIsHardestPressed) {
     AxisLimits l = limits();
     l.acceleration[2] = 1.0;
     const Element e = make_line({0, 0, 0, 0}, direction(30.0), 0.1, 10.0, l);
-    EXPECT_NEAR(e.limits.acceleration, 2.0, 1e-12);            // 1 / sin 30°
+    EXPECT_NEAR(e.limits.acceleration, 2.0, 1e-12);  // 1 / sin 30°
     EXPECT_NEAR(e.limits.jerk, 200.0 / std::cos(std::acos(-1.0) / 6.0), 1e-9);
     EXPECT_NEAR(e.cap, 0.2 / std::cos(std::acos(-1.0) / 6.0), 1e-12);
     EXPECT_EQ(e.limited, LimitedBy::axis_speed);

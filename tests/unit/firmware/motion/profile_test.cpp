@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/motion/profile.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <random>
+
+#include <gtest/gtest.h>
 
 namespace sc::motion {
 namespace {
@@ -71,7 +71,8 @@ TEST(Profile, ReachableSpeedIsTheMostThatTheDistanceAllows) {
         const double v1 = reachable_speed(v0, distance, limits);
         ASSERT_LE(change_distance(v0, v1, limits), distance * (1.0 + 1e-12) + 1e-12);  // one picometre
         const double more = v0 + (v1 - v0) * (1.0 + 1e-6) + 2e-9 * v0 + 1e-12;
-        ASSERT_GE(change_distance(v0, more, limits), distance * (1.0 - 1e-7) - 1e-12) << "v0 " << v0 << " distance " << distance;
+        ASSERT_GE(change_distance(v0, more, limits), distance * (1.0 - 1e-7) - 1e-12)
+            << "v0 " << v0 << " distance " << distance;
     }
 }
 

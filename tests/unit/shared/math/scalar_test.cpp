@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shared/math/scalar.hpp"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <limits>
 #include <random>
+
+#include <gtest/gtest.h>
 
 namespace sc {
 namespace {
