@@ -15,6 +15,8 @@ constexpr Nanoseconds kHomeLimit = seconds(120);
 constexpr Nanoseconds kArmLimit = seconds(10);
 constexpr Nanoseconds kRestLimit = seconds(10);
 constexpr int kClearTries = 50;
+/// A silent host breaks homing off: on a busy PC that may happen.
+constexpr int kHomeTries = 3;
 constexpr Nanoseconds kLook = std::chrono::milliseconds(200);
 constexpr Nanoseconds kFirstStatusLimit = seconds(1);
 
@@ -90,16 +92,25 @@ void Session::enable_and_home() {
     if (homed(*client_)) {
         return;
     }
-    step("homing");
-    client_->command(link::Verb::home);
-    const auto over = [this] {
-        return client_->status_is_fresh() &&
-               (client_->state() == State::fault || (client_->state() == State::idle && homed(*client_)));
-    };
-    const bool ended = client_->pump_until(over, kHomeLimit);
-    client_->check_fault();
-    if (!ended) {
-        throw CellError("homing has not ended in time; the cell is in state " +
+    home();
+}
+
+void Session::home() {
+    for (int i = 0; i < kHomeTries && !homed(*client_); ++i) {
+        step(i == 0 ? "homing" : "homing again: it was broken off");
+        client_->command(link::Verb::home);
+        bool moving = false;
+        const auto over = [&] {
+            const State state = client_->state();
+            moving = moving || state == State::homing;
+            const bool at_end = state == State::idle && (moving || homed(*client_));
+            return client_->status_is_fresh() && (state == State::fault || at_end);
+        };
+        client_->pump_until(over, kHomeLimit);
+        client_->check_fault();
+    }
+    if (!homed(*client_)) {
+        throw CellError("the axes could not be homed; the cell is in state " +
                         std::string(sc::name_of(client_->state())));
     }
 }

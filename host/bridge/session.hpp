@@ -51,6 +51,7 @@ public:
 private:
     void step(const std::string& what) const;
     void mark(const StreamJob& job, Streamer& streamer);
+    void home();
     void arm();
     void disarm_and_disable();
     void ease_towards_rest();

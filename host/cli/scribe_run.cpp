@@ -60,7 +60,7 @@ public:
             // The simulated cell is the reference machine: what it cannot do is refused before it is started.
             static_cast<void>(plan_for(input_, reference_machine()));
         }
-        if (!options_.dry_run && (simulated || options_.link_options.out)) {
+        if (simulated && !options_.dry_run) {
             folder_ = std::make_unique<RunFolder>(options_.link_options.out);
         }
         burn();
@@ -92,6 +92,9 @@ private:
         if (options_.dry_run) {
             outcome_.state = "not run";
             return;
+        }
+        if (!folder_ && options_.link_options.out) {
+            folder_ = std::make_unique<RunFolder>(options_.link_options.out);
         }
         const std::unique_ptr<Journal> journal = open_journal();
         SessionOptions session_options;

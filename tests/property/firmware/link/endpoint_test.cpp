@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/unit/firmware/link/link_host.hpp"
 #include "shared/link/blocks.hpp"
 #include "shared/path/job_hash.hpp"
+#include "tests/unit/firmware/link/link_host.hpp"
 
 namespace {
 

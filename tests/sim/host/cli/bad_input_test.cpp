@@ -54,7 +54,7 @@ TEST_F(BadInput, MissingJob) {
 TEST_F(BadInput, MissingTable) { expect_refused({"--table", "no_table.csv"}, {"no_table.csv"}); }
 TEST_F(BadInput, MissingCalibration) { expect_refused({"--calibration", "no_set.toml"}, {"no_set.toml"}); }
 TEST_F(BadInput, MissingColumn) {
-    edit("table1.csv", "mx,", "");
+    write_file(file("table1.csv"), "face_deg,no,my,mz,tx,ty,tz\n0,1,-319.770,-425.944,-314.128,-319.812,-425.964\n");
     expect_refused({}, {"table1.csv", "mx"});
 }
 TEST_F(BadInput, TextForANumber) {
@@ -80,13 +80,13 @@ TEST_F(BadInput, PointInAKeepOutVolume) {
 TEST_F(BadInput, FaceThatTheTurntableCannotReach) {
     std::string job = read_file(file("job.toml"));
     std::string table = read_file(file("table1.csv"));
-    job = replaced(job, "angle_deg = 270.0", "angle_deg = 400.0");
+    job = replaced(job, "angle_deg = 270.0", "angle_deg = 10000.0");
     for (std::size_t at = table.find("\n270,"); at != std::string::npos; at = table.find("\n270,", at)) {
-        table.replace(at, 5, "\n400,");
+        table.replace(at, 5, "\n10000,");
     }
     write_file(file("job.toml"), job);
     write_file(file("table1.csv"), table);
-    expect_refused({}, {"400"});
+    expect_refused({}, {"10000", "cannot reach"});
 }
 TEST_F(BadInput, RotationThatIsNone) {
     edit("job.toml", "0.784392369711", "0.884392369711");

@@ -40,6 +40,15 @@ bool drain(int& fd, std::string& text) {
     return false;
 }
 
+/// What a program that has ended has left in the pipe; others may still hold its other end.
+void drain_rest(int& fd, std::string& text) {
+    if (fd >= 0) {
+        ::fcntl(fd, F_SETFL, O_NONBLOCK);
+    }
+    while (fd >= 0 && drain(fd, text)) {
+    }
+}
+
 }  // namespace
 
 Program::Program(const std::string& name, const std::vector<std::string>& arguments) {
@@ -117,8 +126,8 @@ int Program::wait() {
             exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
         }
     }
-    while (out_fd_ >= 0 && drain(out_fd_, out_)) {
-    }
+    drain_rest(out_fd_, out_);
+    drain_rest(err_fd_, err_);
     return exit_code_;
 }
 

@@ -65,7 +65,7 @@ TEST(Scribe, BurnsFourFacesWithinFiveMicrometres) {
     EXPECT_EQ(report["command_trace_sha256"].get<std::string>().size(), 64U);
     EXPECT_FALSE(report["known_errors"].empty());
     if (!kInstrumented) {
-        EXPECT_LT(report["wall_seconds"].get<double>(), 20.0);
+        EXPECT_LT(report["wall_seconds"].get<double>(), 60.0);
     }
     for (const char* name :
          {"pulses.trace", "samples.trace", "cell.json", "journal.sqlite", "report.json", "report.svg"}) {
@@ -102,7 +102,7 @@ TEST(Scribe, AWorldWithOtherErrorsShowsExactlyThose) {
     // The galvo 50 um further off, the stage 0.1 mrad further out of square.
     std::string world = read_file(folder / "world/world.toml");
     world = replaced(world, "offset_x_um = 35.0", "offset_x_um = 85.0");
-    world = replaced(world, "squareness_xz_mrad = -0.080", "squareness_xz_mrad = 0.020");
+    world = replaced(world, "squareness_xz_mrad = -0.080", "squareness_xz_mrad = -0.180");
     write_file(folder / "world/world.toml", world);
     const Json plain = scribe({"--face", "0"});
     const Json bent = scribe({"--face", "0", "--world", (folder / "world/world.toml").string()});
@@ -112,10 +112,10 @@ TEST(Scribe, AWorldWithOtherErrorsShowsExactlyThose) {
     ASSERT_GT(after.size(), 5U);
     for (const auto& [marker, place] : after) {
         const auto& was = before.at(marker);
-        EXPECT_NEAR(place[0] - was[0], 0.050 + 0.1e-3 * was[2], 0.002) << marker.second;
+        EXPECT_NEAR(place[0] - was[0], 0.050 - 0.1e-3 * was[2], 0.002) << marker.second;
         EXPECT_NEAR(place[2] - was[2], 0.0, 0.002) << marker.second;
     }
-    EXPECT_GT(bent["max_command_error_um"].get<double>(), 20.0);
+    EXPECT_GT(bent["max_command_error_um"].get<double>(), 60.0);
     fs::remove_all(folder);
 }
 
