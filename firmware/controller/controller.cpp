@@ -139,7 +139,7 @@ void Controller::gate(const ServoInputs& in, ServoOutputs& out) noexcept {
     if (pulses) {
         safety::MarkContext context;
         context.state = state();
-        context.mark_segment = runner_.on_path();
+        context.mark_segment = runner_.on_path() && !suspicion_;
         context.mo_ready = mo_.ready();
         context.interlocks_closed = in.digital.estop_closed && in.digital.interlock_closed;
         context.laser_healthy = in.digital.laser_ready && in.digital.laser_no_alarm;
@@ -150,13 +150,13 @@ void Controller::gate(const ServoInputs& in, ServoOutputs& out) noexcept {
         if (!safety::gate_permitted(context)) {
             out.laser_size = 0;
             out.pulses_size = 0;
-            if (supervisor_.faults() == 0) {
+            if (supervisor_.faults() == 0 && !suspicion_) {
                 trip(Fault::mark_rule, safety::kNoAxis, in.tick);
             }
         }
     }
     // The window of the last tick's pulses begins only now: the guard must let them pass.
-    out.gate_allowed = (out.laser_size > 0 || pulses_before_) && supervisor_.faults() == 0;
+    out.gate_allowed = (out.laser_size > 0 || pulses_before_) && supervisor_.faults() == 0 && !suspicion_;
     pulses_before_ = out.laser_size > 0;
     for (std::size_t i = 0; i < out.laser_size; ++i) {
         pulses_total_ += out.laser[i].count;

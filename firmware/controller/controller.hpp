@@ -92,6 +92,8 @@ private:
     std::uint32_t pulses_total_ = 0;
     std::uint32_t starvations_ = 0;
     std::int64_t stale_ticks_ = 0;
+    safety::Finding suspicion_;  ///< of the following watch, until it is known what it is
+    std::int64_t suspicion_tick_ = 0;
     State reported_state_ = State::boot;
     std::int64_t report_tick_ = -1'000'000;
 };

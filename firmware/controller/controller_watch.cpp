@@ -70,19 +70,23 @@ void Controller::watch_drives(const ServoInputs& in) noexcept {
     }
     stale_ticks_ = drives_seen_.actual_fresh ? 0 : stale_ticks_ + 1;
     if (safety::mo_state(state()) && stale_ticks_ > kStaleDriveTicks) {
-        std::uint8_t silent = safety::kNoAxis;
-        for (std::size_t i = 0; i < kAxisCount; ++i) {
-            silent = drives_seen_.axis[i].follows ? silent : static_cast<std::uint8_t>(i);
-        }
-        trip(Fault::drive_lost, silent, in.tick);
+        trip(Fault::drive_lost, suspicion_ ? suspicion_.axis : safety::kNoAxis, in.tick);
     }
     if (!safety::powered_state(state()) || state() == State::enabling) {
         following_.restart(actual);
+        suspicion_ = {};
         return;
     }
     const safety::Finding finding = following_.step(runner_.set_point(), actual, following);
-    if (finding) {
-        trip(finding.fault, finding.axis, in.tick);
+    if (finding && !suspicion_) {
+        suspicion_ = finding;
+        suspicion_tick_ = in.tick;
+        cancel_ = true;
+    }
+    // A drive that has gone silent looks like a frozen encoder until its next answer is due. The light is off
+    // meanwhile.
+    if (suspicion_ && in.tick - suspicion_tick_ >= kStaleDriveTicks) {
+        trip(drives_seen_.actual_fresh ? suspicion_.fault : Fault::drive_lost, suspicion_.axis, in.tick);
     }
 }
 

@@ -14,7 +14,7 @@ namespace sc::laser {
 [[nodiscard]] constexpr std::uint32_t xy2_100_word(std::int16_t position, GalvoConvention convention) noexcept {
     const auto two = static_cast<std::uint16_t>(position);
     const std::uint32_t wire = convention == GalvoConvention::offset_binary ? two ^ 0x8000U : two;
-    std::uint32_t word = 0x20000U | (wire << 1U);
+    const std::uint32_t word = 0x20000U | (wire << 1U);
     std::uint32_t parity = word;
     parity ^= parity >> 16U;
     parity ^= parity >> 8U;

@@ -153,8 +153,8 @@ RunResult Session::run(const StreamJob& job, Journal* journal) {
         make_safe();
         try {
             streamer.hear_out();
-        } catch (const std::exception&) {
-            // The link has gone; what is known must do.
+        } catch (const std::exception& error) {
+            step(std::string("the cell says no more: ") + error.what());
         }
         close(outcome);
     };
@@ -184,8 +184,11 @@ void Session::ease_towards_rest() {
     for (const link::Verb verb : towards_rest(before)) {
         try {
             client_->command(verb);
-        } catch (const CellRefused&) {
-            // The cell was on its way already.
+        } catch (const CellRefused& refused) {
+            // wrong_state: the cell was on its way already.
+            if (refused.refusal != Refusal::wrong_state) {
+                step(refused.what());
+            }
         }
     }
     client_->pump_until([&] { return client_->status_is_fresh() && client_->state() != before; }, kLook);

@@ -131,7 +131,8 @@ void add_bench(CLI::App& app, int& exit_code) {
     sub->add_flag("--json", words->json, "one JSON object");
     sub->add_option("--seed", words->options.seed, "of everything random")->type_name("N")->capture_default_str();
     sub->add_option_function<std::string>(
-           "--raw", [words](const std::string& folder) { words->options.raw = folder; }, "folder for the trials as CSV")
+           "--raw", [&raw = words->options.raw](const std::string& folder) { raw = folder; },
+           "folder for the trials as CSV")
         ->type_name("DIR");
     sub->callback([words, &exit_code] {
         exit_code = guarded(words->json, [&words] { return run(words->name, words->options, words->json); });

@@ -93,7 +93,7 @@ void add_cell(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<CellOptions>();
     CLI::Option* pty = sub->add_flag("--pty", options->pty, "wait on a pseudo-terminal (the default)");
     sub->add_option_function<unsigned>(
-           "--tcp", [options](const unsigned& port) { options->tcp = port; }, "wait on 127.0.0.1; 0 = any free port")
+           "--tcp", [&tcp = options->tcp](const unsigned& port) { tcp = port; }, "wait on 127.0.0.1; 0 = any free port")
         ->type_name("PORT")
         ->check(CLI::Range(0U, 65535U))
         ->excludes(pty);

@@ -145,9 +145,10 @@ void add_jog(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<JogOptions>();
     sub->add_option("--axis", options->axis, "X, Y, Z or C")->required();
     sub->add_option_function<double>(
-        "--distance-mm", [options](const double& v) { options->distance_mm = v; }, "of X, Y, Z; up to 10 either way");
+        "--distance-mm", [&way = options->distance_mm](const double& v) { way = v; },
+        "of X, Y, Z; up to 10 either way");
     sub->add_option_function<double>(
-        "--distance-deg", [options](const double& v) { options->distance_deg = v; }, "of C; up to 10 either way");
+        "--distance-deg", [&way = options->distance_deg](const double& v) { way = v; }, "of C; up to 10 either way");
     sub->add_option("--speed-mm-s", options->speed_mm_s, "up to 50")->capture_default_str();
     sub->add_option("--speed-deg-s", options->speed_deg_s, "of C; up to 20")->capture_default_str();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();

@@ -22,7 +22,7 @@ struct KnownError {
     std::string name;
     double value = 0.0;
     std::string unit;
-    std::string compensated_by;  ///< "" = by nothing
+    std::string compensated_by;  ///< "none" or "": by nothing
     bool operator==(const KnownError&) const = default;
 };
 

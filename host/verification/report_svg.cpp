@@ -198,7 +198,8 @@ std::string report_svg(const Report& report) {
         "small");
     for (std::size_t i = 0; i < faces.size(); ++i) {
         const double left = kGap + static_cast<double>(i % columns) * (kPanelWidth + kGap);
-        const double top = kTop + static_cast<double>(i / columns) * (kPanelHeight + kGap);
+        const std::size_t row = i / columns;
+        const double top = kTop + static_cast<double>(row) * (kPanelHeight + kGap);
         draw_face(svg, left, top, faces[i], report);
     }
     return svg.finish();

@@ -149,6 +149,7 @@ TEST(Controller, HoldsWhileTheHostIsSilentAndLatchesAfterTenSeconds) {
     EXPECT_EQ(rig.state(), State::held_link) << "goes on only when told";
     ASSERT_EQ(rig.command(link::Verb::resume).refusal, 0);
     ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() >= 1100; }));
+    EXPECT_GT(rig.pulses().size(), pulses);
     rig.speak(false);
     ASSERT_TRUE(rig.until_state(State::held_link, 2000));
     rig.ticks(9500);
@@ -162,6 +163,19 @@ TEST(Controller, HoldsWhileTheHostIsSilentAndLatchesAfterTenSeconds) {
     ASSERT_EQ(rig.command(link::Verb::reset_fault).refusal, 0);
     EXPECT_EQ(rig.state(), State::disabled);
     EXPECT_NE(rig.command(link::Verb::start).refusal, 0);
+}
+
+TEST(Controller, IsDarkOneTickAfterTheHostHasBeenSilentForTheHeartbeatTimeout) {
+    CellRig rig;
+    start_short_job(rig);
+    ASSERT_TRUE(rig.until([&] { return rig.path_pulses().size() >= 700; }));
+    const std::int64_t silent_ns = rig.cell().now_ns();
+    rig.speak(false);
+    ASSERT_TRUE(rig.until_state(State::held_link, 2000));
+    rig.ticks(200);
+    // Bytes on the wire count as heard, so the last word may be as late as the wire's own delay of a few ticks.
+    EXPECT_GT(rig.cell().plant().last_pulse_ns(), silent_ns + 70'000'000) << "silence is borne for its time";
+    EXPECT_LE(rig.cell().plant().last_pulse_ns(), silent_ns + 100'000'000 + 3'000'000 + 1'010'000);
 }
 
 TEST(Controller, StopsOnThePathWhenPointsStopArriving) {
@@ -233,8 +247,12 @@ TEST_P(ControllerFault, LatchesWithItsNumberAndStopsTheLightInTime) {
     CellRig rig(options);
     start_short_job(rig);
     ASSERT_TRUE(rig.until_state(State::fault, 60'000)) << fault.script;
+    // The tick that knows of the fault shuts the gate by itself within 10 µs; hardware and guard are faster where they
+    // see it.
+    const std::int64_t tripped_ns = rig.cell().now_ns() - 1'000'000;
     const auto pulses_at_fault = rig.pulses().size();
     rig.ticks(3000);
+    EXPECT_LE(rig.cell().plant().last_pulse_ns(), tripped_ns + 10'000) << fault.script;
     EXPECT_EQ(rig.status().first_fault, static_cast<std::uint8_t>(fault.fault)) << fault.script;
     EXPECT_EQ(rig.pulses().size(), pulses_at_fault) << "light after the fault was known";
     EXPECT_EQ(rig.state(), State::fault) << "latched";
