@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "cell_job.hpp"
-#include "stub_host.hpp"
+#include "test_host.hpp"
 
 namespace sc::sim {
 namespace {
@@ -20,7 +20,7 @@ class SimCellFault : public testing::TestWithParam<Provoked> {};
 TEST_P(SimCellFault, EndsInItsStateWithTheLaserOffInTime) {
     const Provoked& expected = GetParam();
     SimCell cell(default_cell(expected.script));
-    StubHost host(cell);
+    TestHost host(cell);
     ASSERT_TRUE(host.prepare());
     const LineJob job{0.100, 0.050};
     ASSERT_TRUE(host.begin(job.items()));
@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 TEST(SimCellFaults, EveryFaultTimeIsNeitherZeroNorLost) {
     SimCell cell(default_cell("pulse 500 laser alarm"));
-    StubHost host(cell);
+    TestHost host(cell);
     ASSERT_TRUE(host.prepare());
     ASSERT_TRUE(host.begin(LineJob{0.100, 0.050}.items()));
     for (int i = 0; i < 20'000 && cell.state() != State::fault; ++i) {
@@ -72,7 +72,7 @@ TEST(SimCellFaults, EveryFaultTimeIsNeitherZeroNorLost) {
 
 TEST(SimCellFaults, ACellLeftAloneComesToRest) {
     SimCell cell(default_cell());
-    StubHost host(cell);
+    TestHost host(cell);
     ASSERT_TRUE(host.prepare());
     ASSERT_TRUE(host.begin(LineJob{0.100, 0.050}.items()));
     for (int i = 0; i < 20'000 && cell.plant().pulses() < 100; ++i) {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "cell_job.hpp"
-#include "stub_host.hpp"
+#include "test_host.hpp"
 
 namespace sc::sim {
 namespace {
@@ -34,7 +34,7 @@ protected:
         options.baud = baud;
         options.on_pulse = [&](const trace::PulseRecord& r) { outcome.pulses.push_back(r); };
         SimCell cell(options);
-        StubHost host(cell);
+        TestHost host(cell);
         EXPECT_TRUE(host.prepare());
         EXPECT_TRUE(host.run(job.items(), 20'000, block));
         outcome.report = cell.report();

@@ -15,9 +15,9 @@
 namespace sc::sim {
 
 /// The least of a host: speaks the link to a cell in the same process, in the cell's time.
-class StubHost {
+class TestHost {
 public:
-    explicit StubHost(SimCell& cell) : cell_(&cell) {}
+    explicit TestHost(SimCell& cell) : cell_(&cell) {}
 
     template <class Message>
     void send(const Message& message) {
