@@ -313,6 +313,42 @@ TEST(Controller, RefusesWhatDoesNotFit) {
     EXPECT_NEAR(rig.status().actual[0], -100'000, 200);
 }
 
+TEST(Controller, RefusesToArmWhileTheLaserOrTheEnclosureIsNotReady) {
+    for (const auto& [script, refusal] : {std::pair{"at 0.5 laser not_ready\n", Refusal::laser_not_ready},
+                                          std::pair{"at 0.5 interlock open\n", Refusal::interlock_open}}) {
+        CellRig::Options options;
+        options.script = script;
+        CellRig rig(options);
+        rig.connect();
+        ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+        ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
+        ASSERT_TRUE(rig.until_state(State::idle, 5000));
+        ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
+        ASSERT_TRUE(rig.until_state(State::homing, 100));
+        ASSERT_TRUE(rig.until_state(State::idle, 120'000));
+        EXPECT_EQ(static_cast<Refusal>(rig.command(link::Verb::arm).refusal), refusal) << script;
+        EXPECT_EQ(rig.state(), State::idle);
+    }
+}
+
+TEST(Planner, IsLateOnABoardThatGivesItNoTime) {
+    // No plan step is ever called: nothing can be published in its fixed time (the controller then trips planner_late).
+    auto planner = std::make_unique<motion::Planner>();
+    motion::PathSpec spec;
+    spec.speed = 0.1;
+    spec.limits.speed = spec.limits.acceleration = spec.limits.jerk = {1.0, 1.0, 1.0, 1.0};
+    planner->open(spec);
+    planner->add({0.0, 0.0, 0.0, 0.0}, 0);
+    planner->add({0.1, 0.0, 0.0, 0.0}, 1);
+    ASSERT_TRUE(planner->finish());
+    bool in_time = true;
+    for (std::int64_t tick = 0; tick <= motion::kPublishTicks; ++tick) {
+        EXPECT_TRUE(in_time) << "late before its time, tick " << tick;
+        in_time = planner->tick(tick, 0.0, 1e-3);
+    }
+    EXPECT_FALSE(in_time);
+}
+
 TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
     struct Case {
         std::function<void(std::vector<Item>&)> spoil;
