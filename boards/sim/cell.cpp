@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "boards/sim/cell.hpp"
 
-#include "firmware/motion/planner.hpp"
+#include "firmware/recording/io_image.hpp"
 #include "firmware/safety/frame_guard.hpp"
 
 namespace sc::sim {
@@ -52,7 +52,7 @@ SimCell::SimCell(const CellOptions& options)
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
       to_controller_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
       to_host_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
-      controller_(std::make_unique<Controller>(options_.machine, options_.boot_id)),
+      controller_(options_.controller(options_.machine, options_.boot_id)),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
 
 void SimCell::push_link(std::span<const std::uint8_t> bytes) { to_controller_.push(bytes); }
@@ -83,14 +83,12 @@ void SimCell::tick() {
 void SimCell::step_controller() {
     newest_ = 1 - newest_;
     ServoOutputs& outputs = *outputs_[newest_];
-    outputs.link_tx_size = outputs.drive_tx_size = outputs.laser_size = outputs.pulses_size = 0;
-    outputs.gate_allowed = outputs.cancel_laser = false;
+    recording::clear(outputs);
     ServoInputs inputs;
     inputs.tick = tick_;
     inputs.link_rx = link_rx_;
     plant_.sample(inputs);
-    controller_->servo_step(inputs, outputs);
-    controller_->plan_step(motion::kUnitsPerTick);
+    controller_->tick(inputs, outputs);
 }
 
 void SimCell::carry_link() {
@@ -121,7 +119,7 @@ CellReport SimCell::report() const {
     CellReport report;
     report.state = state();
     report.faults = faults();
-    report.first_fault = controller_->first_fault().fault;
+    report.first_fault = controller_->first_fault();
     report.now_ns = now_ns();
     report.pulses = plant_.pulses();
     report.last_pulse_ns = plant_.last_pulse_ns();

@@ -10,10 +10,10 @@
 
 #include "boards/sim/cell_report.hpp"
 #include "boards/sim/cell_traces.hpp"
+#include "boards/sim/controller_host.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
 #include "boards/sim/plant/serial_wire.hpp"
 #include "boards/sim/world/world.hpp"
-#include "firmware/controller/controller.hpp"
 #include "shared/codes/state.hpp"
 #include "shared/machine/machine.hpp"
 
@@ -28,6 +28,7 @@ struct CellOptions {
     std::uint32_t boot_id = 1;
     bool command_trace = false;  ///< write command.trace too
     PulseSink on_pulse{};        ///< called besides the trace; may be empty
+    MakeController controller = make_local_controller;
 };
 
 /// The whole cell in virtual time: controller, plant, world, link wire, script of faults, traces. One thread, no clock
@@ -72,7 +73,7 @@ private:
     SerialWire to_host_;
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
-    std::unique_ptr<Controller> controller_;
+    std::unique_ptr<ControllerHost> controller_;
     std::array<std::unique_ptr<ServoOutputs>, 2> outputs_;
     std::size_t newest_ = 0;
     std::int64_t tick_ = 0;

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "firmware/controller/controller.hpp"
+#include "firmware/hal/io.hpp"
+#include "firmware/motion/planner.hpp"
+#include "shared/machine/machine.hpp"
+
+namespace sc::sim {
+
+/// Where the cell's controller runs: in this process, or on a board that lives in lock-step with the cell.
+class ControllerHost {
+public:
+    ControllerHost() = default;
+    ControllerHost(const ControllerHost&) = delete;
+    ControllerHost& operator=(const ControllerHost&) = delete;
+    virtual ~ControllerHost() = default;
+
+    /// One control period: servo_step, then the tick's share of plan_step. `outputs` comes in cleared. Throws
+    /// std::runtime_error when the controller no longer answers.
+    virtual void tick(const ServoInputs& inputs, ServoOutputs& outputs) = 0;
+    /// The first fault since the start or the last reset.
+    [[nodiscard]] virtual Fault first_fault() const = 0;
+};
+
+using MakeController =
+    std::function<std::unique_ptr<ControllerHost>(const MachineConfig& machine, std::uint32_t boot_id)>;
+
+/// The controller in this process.
+class LocalController final : public ControllerHost {
+public:
+    LocalController(const MachineConfig& machine, std::uint32_t boot_id) : controller_(machine, boot_id) {}
+
+    void tick(const ServoInputs& inputs, ServoOutputs& outputs) override {
+        controller_.servo_step(inputs, outputs);
+        controller_.plan_step(motion::kUnitsPerTick);
+    }
+    [[nodiscard]] Fault first_fault() const override { return controller_.first_fault().fault; }
+
+private:
+    Controller controller_;
+};
+
+[[nodiscard]] inline std::unique_ptr<ControllerHost> make_local_controller(const MachineConfig& machine,
+                                                                           std::uint32_t boot_id) {
+    return std::make_unique<LocalController>(machine, boot_id);
+}
+
+}  // namespace sc::sim
