@@ -24,7 +24,8 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 
 }  // namespace
 
-JobRunner::JobRunner(const MachineConfig& machine) noexcept : machine_(machine) {
+JobRunner::JobRunner(const MachineConfig& machine) noexcept
+    : machine_(machine), field_(Compensation{}, machine.galvo.counts_per_metre) {
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         stage_limits_.speed[i] = machine.axis[i].speed;
         stage_limits_.acceleration[i] = machine.axis[i].acceleration;
@@ -57,6 +58,7 @@ void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
 
 void JobRunner::set_compensation(const Compensation& compensation) noexcept {
     compensation_ = compensation;
+    field_ = laser::FieldMap(compensation, machine_.galvo.counts_per_metre);
     place_ = motion::place_of(compensation_, set_point_);
 }
 
@@ -338,10 +340,10 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
 // ---------------------------------------------------------------------------------------------------------------
 
 void JobRunner::galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept {
-    const auto counts = laser::galvo_counts(x, z, compensation_, machine_.galvo.counts_per_metre);
+    const auto counts = field_.counts(x, z);
     GalvoFrame& frame = out.galvo[k];
-    frame.x_pm = rounded(x * kPmPerMetre);
-    frame.z_pm = rounded(z * kPmPerMetre);
+    frame.x_pm = nearest(x * kPmPerMetre);
+    frame.z_pm = nearest(z * kPmPerMetre);
     frame.word_x = laser::xy2_100_word(counts[0], machine_.galvo.convention);
     frame.word_z = laser::xy2_100_word(counts[1], machine_.galvo.convention);
 }
@@ -353,14 +355,14 @@ void JobRunner::galvo_still(ServoOutputs& out) const noexcept {
     }
 }
 
-void JobRunner::place_pulses(double t, bool may_mark, ServoOutputs& out) noexcept {
+void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept {
     if (!may_mark) {
         return;
     }
     const std::int64_t lag = light_lag_ns();
-    const double from = t - static_cast<double>(lag) * 1e-9;
+    const std::int64_t from = t_ns - lag;
     const std::int64_t act = (phase_tick_ + 1) * machine_.control_period_ns + lag;
-    placer_.place(planner_, from, from + seconds(1), act, out);
+    placer_.place(planner_, from, from + machine_.control_period_ns, act, out);
     if (out.laser_size > 0) {
         const double period = static_cast<double>(out.laser[0].period_ns256) / 256e9;
         pulse_speed_ = period > 0.0 ? static_cast<double>(path_.pitch_nm) * 1e-9 / period : 0.0;
@@ -368,6 +370,25 @@ void JobRunner::place_pulses(double t, bool may_mark, ServoOutputs& out) noexcep
         if (placer_.last_item() > fired_) {
             fired_ = placer_.last_item();
         }
+    }
+}
+
+void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
+    const double period = static_cast<double>(machine_.galvo_period_ns) * 1e-9;
+    const double anchor_x = metres(path_.anchor_x);
+    const double anchor_z = metres(path_.anchor_z);
+    motion::Segment segment = planner_.segment(t, hint_);
+    for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
+        const double frame_time = t + static_cast<double>(static_cast<std::int32_t>(k)) * period;
+        if (frame_time >= segment.end) {
+            segment = planner_.segment(frame_time, hint_);
+        }
+        const motion::Element& element = *segment.element;
+        const double way = segment.way(frame_time);
+        const double bent = element.bent(way);
+        field_x_ = element.axis(kX, way, bent) - anchor_x;
+        field_z_ = element.axis(kZ, way, bent) - anchor_z;
+        galvo_frame(k, field_x_, field_z_, out);
     }
 }
 
@@ -381,21 +402,14 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     const motion::MotionState state = planner_.state(t, hint_);
     limited_by_ = planner_.stopped() ? LimitedBy::starved : planner_.elements().at(state.element).limited;
     if (path_.actuator == Actuator::galvo) {
-        for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
-            const double frame_time =
-                t + static_cast<double>(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9;
-            const motion::Place beam = planner_.place(planner_.state(frame_time, hint_));
-            field_x_ = beam[kX] - metres(path_.anchor_x);
-            field_z_ = beam[kZ] - metres(path_.anchor_z);
-            galvo_frame(k, field_x_, field_z_, out);
-        }
+        galvo_path(t, out);
     } else {
         const motion::Place beam = planner_.place(state);
         place_ = {beam[kX], beam[kY], beam[kZ], place_[kC]};
         rest_ticks_ = 0;
         galvo_still(out);
     }
-    place_pulses(t, may_mark, out);
+    place_pulses(since * machine_.control_period_ns, may_mark, out);
     const double lag = static_cast<double>(light_lag_ns()) * 1e-9;
     planner_.forget_before(t - lag - seconds(2));
     const bool drained = t > planner_.law().end_time() + lag + seconds(kDrainTicks);

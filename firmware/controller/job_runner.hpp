@@ -5,6 +5,7 @@
 
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/pulse_placer.hpp"
+#include "firmware/laser/xy2_100.hpp"
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/planner.hpp"
 #include "shared/codes/codes.hpp"
@@ -27,6 +28,23 @@ struct ItemRefusal {
 /// the plan step.
 class JobRunner {
 public:
+    enum class Phase : std::uint8_t {
+        idle,
+        next_item,
+        turn_retract,
+        turn_c,
+        open_path,      ///< points until the start of the run-in is known
+        travel_across,  ///< x and z at the retracted y
+        travel_in,
+        jump,  ///< mirrors to the path's start, or to zero
+        settle,
+        await_plan,
+        path,
+        end_retract,
+        jog,
+        done,
+    };
+
     explicit JobRunner(const MachineConfig& machine) noexcept;
 
     /// The axes stand here (set-points). Only while nothing moves.
@@ -69,24 +87,12 @@ public:
     /// Path speed at the tick's first pulse, m/s (0 without pulses).
     [[nodiscard]] double pulse_speed() const noexcept { return pulse_speed_; }
 
-private:
-    enum class Phase : std::uint8_t {
-        idle,
-        next_item,
-        turn_retract,
-        turn_c,
-        open_path,      ///< points until the start of the run-in is known
-        travel_across,  ///< x and z at the retracted y
-        travel_in,
-        jump,  ///< mirrors to the path's start, or to zero
-        settle,
-        await_plan,
-        path,
-        end_retract,
-        jog,
-        done,
-    };
+    [[nodiscard]] Phase phase() const noexcept { return phase_; }
+    [[nodiscard]] const motion::Planner& planner() const noexcept { return planner_; }
+    /// Settings of the present path, or the last.
+    [[nodiscard]] const PathBegin& path() const noexcept { return path_; }
 
+private:
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
@@ -100,8 +106,9 @@ private:
     void move_step(ServoOutputs& out) noexcept;
     void move_done() noexcept;
     void path_step(bool may_mark, ServoOutputs& out) noexcept;
-    void place_pulses(double t, bool may_mark, ServoOutputs& out) noexcept;
+    void place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept;
     void finish_path() noexcept;
+    void galvo_path(double t, ServoOutputs& out) noexcept;
     void galvo_still(ServoOutputs& out) const noexcept;
     void galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept;
     [[nodiscard]] std::int64_t light_lag_ns() const noexcept;
@@ -112,6 +119,7 @@ private:
     motion::AxisLimits stage_limits_;
     motion::AxisLimits galvo_limits_;
     motion::Planner planner_;
+    laser::FieldMap field_;
     laser::PulsePlacer placer_;
     motion::Move move_;
 

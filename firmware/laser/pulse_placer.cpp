@@ -7,141 +7,199 @@ namespace sc::laser {
 namespace {
 
 constexpr double kExact = 1e-12;  // m: the place of a pulse is solved to this
-constexpr int kSolveSteps = 24;
+constexpr int kFastSteps = 5;
+constexpr int kSlowSteps = 60;
 constexpr std::int64_t kRunTolerance = 512;  // 1/256 ns: 2 ns, 4 nm at 2 m/s
 constexpr double kEndSlack = 1e-9;           // m: a pulse this near beyond the end still belongs to the path
 
-/// Time of trigger k of a run, 1/256 ns.
-std::int64_t trigger(const LaserRun& run, std::int64_t k) noexcept {
-    return run.t0_ns * 256 + k * run.period_ns256 + run.change_ns256 * (k * (k - 1) / 2);
-}
-
-/// Adds a trigger at `t` (1/256 ns) to the run if it lies where the run puts it, or can be made to.
-bool extend(LaserRun& run, std::int64_t last, std::int64_t t, const Firing& firing) noexcept {
-    if (run.pick != firing.pick || run.power != firing.power || run.count == 0xFFFF) {
-        return false;
-    }
-    if (run.count == 1) {
-        run.period_ns256 = t - run.t0_ns * 256;
-    } else if (run.count == 2) {
-        run.change_ns256 =
-            static_cast<std::int32_t>(clamped(static_cast<double>((t - last) - run.period_ns256), -2e9, 2e9));
-    }
-    const std::int64_t error = trigger(run, run.count) - t;
-    if (error > kRunTolerance || error < -kRunTolerance) {
-        return false;
-    }
-    ++run.count;
-    return true;
-}
-
 }  // namespace
 
-Firing firing_at(double speed, const PulseSpec& spec) noexcept {
+FiringRule::FiringRule(const PulseSpec& spec) noexcept
+    : rate_per_speed_(1.0 / spec.pitch),
+      speed_min_(spec.speed_min > 0.0 ? spec.speed_min : 1e-9),
+      prr_min_(spec.prr_min),
+      prr_top_(spec.prr_nominal * (1.0 + 1e-9)),
+      code_per_hz_(spec.energy / spec.power * 255.0) {}
+
+Firing FiringRule::at(double speed, std::uint8_t pick_hint) const noexcept {
     Firing firing;
-    if (!(speed >= spec.speed_min) || !(speed > 0.0)) {
+    if (!(speed >= speed_min_)) {
         return firing;
     }
-    const double rate = speed / spec.pitch;
-    // A rate that is the nominal one but for rounding keeps pick 1.
-    const double pick = clamped(spec.prr_nominal / rate + 1e-9, 1.0, 255.0);
+    const double rate = speed * rate_per_speed_;
+    std::uint32_t pick = pick_hint;
+    while (pick < 255 && rate * static_cast<double>(pick + 1) <= prr_top_) {
+        ++pick;
+    }
+    while (pick > 1 && rate * static_cast<double>(pick) > prr_top_) {
+        --pick;
+    }
+    const double prr = rate * static_cast<double>(pick);
     firing.pick = static_cast<std::uint8_t>(pick);
-    const double prr = rate * static_cast<double>(firing.pick);
-    if (prr < spec.prr_min || prr > spec.prr_nominal * 1.0001) {
+    if (prr < prr_min_ || prr > prr_top_ * 1.0001) {
         return firing;
     }
-    const double code = spec.energy * prr / spec.power * 255.0;
-    firing.power = static_cast<std::uint8_t>(rounded(clamped(code, 0.0, 255.0)));
+    firing.power = static_cast<std::uint8_t>(nearest32(clamped(prr * code_per_hz_, 0.0, 255.0)));
     firing.possible = firing.power > 0;
     return firing;
 }
 
+Firing firing_at(double speed, const PulseSpec& spec) noexcept { return FiringRule(spec).at(speed, 1); }
+
 void PulsePlacer::open(const PulseSpec& spec) noexcept {
     *this = PulsePlacer{};
     spec_ = spec;
+    rule_ = FiringRule(spec);
+    pitch_pm_ = nearest(spec.pitch * kPmPerMetre);
 }
 
 bool PulsePlacer::done(const motion::Planner& planner) const noexcept {
     return planner.builder().finished() && next_distance(planner) > planner.builder().mark_end() + kEndSlack;
 }
 
-PulsePlacer::Solved PulsePlacer::solve(const motion::Planner& planner, double distance, double low,
+PulsePlacer::Solved PulsePlacer::evaluate(const motion::Segment& segment, double t) const noexcept {
+    Solved s;
+    s.time = t;
+    s.way = segment.way(t);
+    s.speed = segment.speed(t) * segment.element->stretch(s.way);
+    return s;
+}
+
+PulsePlacer::Solved PulsePlacer::solve(const motion::Segment& segment, double length, double low,
                                        double high) noexcept {
-    // Distance rises with time over [low, high]: Newton, kept inside a shrinking bracket.
-    Solved solved;
-    solved.state = planner.state(high, hint_);
-    if (planner.distance(solved.state) < distance) {
-        return solved;
+    // Newton from where the last pulse's speed puts it; 1/speed is refined along with it instead of divided anew.
+    double t = clamped(last_time_ + spec_.pitch * slowness_, low, high);
+    for (int i = 0; i < kFastSteps; ++i) {
+        const Solved s = evaluate(segment, t);
+        const double error = segment.element->length_to(s.way) - length;
+        const double ratio = s.speed * slowness_;
+        if (!(ratio > 0.5 && ratio < 1.5)) {
+            break;
+        }
+        slowness_ = slowness_ * (2.0 - ratio);
+        if (absolute(error) < kExact) {
+            return s;
+        }
+        t = t - error * slowness_;
+        if (!(t >= low && t <= high)) {
+            break;
+        }
     }
-    solved.found = true;
-    double t = high;
-    for (int i = 0; i < kSolveSteps; ++i) {
-        const double error = planner.distance(solved.state) - distance;
+    const Solved s = solve_slowly(segment, length, low, high);
+    slowness_ = s.speed > 0.0 ? 1.0 / s.speed : 0.0;
+    return s;
+}
+
+PulsePlacer::Solved PulsePlacer::solve_slowly(const motion::Segment& segment, double length, double low,
+                                              double high) noexcept {
+    // The length rises with time over [low, high]: Newton, kept inside a shrinking bracket.
+    Solved s = evaluate(segment, high);
+    for (int i = 0; i < kSlowSteps; ++i) {
+        const double error = segment.element->length_to(s.way) - length;
         if (absolute(error) < kExact) {
             break;
         }
-        (error > 0.0 ? high : low) = t;
-        const double rate =
-            solved.state.speed * planner.elements().at(solved.state.element).stretch_at(solved.state.tau);
-        double next = rate > 0.0 ? t - error / rate : low;
+        (error > 0.0 ? high : low) = s.time;
+        double next = s.speed > 0.0 ? s.time - error / s.speed : low;
         if (!(next > low && next < high)) {
             next = 0.5 * (low + high);
         }
-        t = next;
-        solved.state = planner.state(t, hint_);
+        s = evaluate(segment, next);
     }
-    solved.time = t;
-    return solved;
+    return s;
 }
 
-void PulsePlacer::emit(const motion::Planner& planner, const Solved& solved, std::int64_t act_ns,
+void PulsePlacer::trigger(std::int64_t t_ns256, double speed, const Firing& firing, ServoOutputs& out) noexcept {
+    if (out.laser_size > 0) {
+        LaserRun& run = out.laser[out.laser_size - 1];
+        const bool same = run.pick == firing.pick && run.power == firing.power;
+        bool taken = false;
+        if (same && run.count == 1) {
+            run.period_ns256 = t_ns256 - run.t0_ns * 256;
+            step_ = run.period_ns256;
+            expected_ = t_ns256;
+            taken = true;
+        } else if (same && run.count == 2) {
+            run.change_ns256 = nearest32(static_cast<double>(t_ns256 - last_trigger_ - run.period_ns256));
+            step_ = run.period_ns256 + run.change_ns256;
+            taken = last_trigger_ + step_ == t_ns256;  // unless the change had to be clamped
+            run.change_ns256 = taken ? run.change_ns256 : 0;
+        } else if (same && run.count < 0xFFFF) {
+            const std::int64_t error = expected_ + step_ + run.change_ns256 - t_ns256;
+            taken = error <= kRunTolerance && error >= -kRunTolerance;
+            step_ += taken ? run.change_ns256 : 0;
+        }
+        if (taken) {
+            expected_ += run.count > 1 ? step_ : 0;
+            ++run.count;
+            last_trigger_ = t_ns256;
+            return;
+        }
+    }
+    LaserRun& run = out.laser[out.laser_size];
+    ++out.laser_size;
+    run.t0_ns = (t_ns256 + 128) >> 8U;
+    // A run of one still tells the source its rate.
+    run.period_ns256 = nearest(spec_.pitch / larger(speed, spec_.speed_min) * 256e9);
+    run.change_ns256 = 0;
+    run.count = 1;
+    run.pick = firing.pick;
+    run.power = firing.power;
+    last_trigger_ = t_ns256;
+}
+
+void PulsePlacer::emit(const motion::Segment& segment, const Solved& solved, std::int64_t t_ns256, std::int64_t t_ns,
                        ServoOutputs& out) noexcept {
-    const Firing firing =
-        firing_at(solved.state.speed * planner.elements().at(solved.state.element).stretch_at(solved.state.tau), spec_);
+    const Firing firing = rule_.at(solved.speed, last_pick_);
     if (!firing.possible) {
         ++withheld_;
         return;
     }
-    const std::int64_t t256 = rounded(solved.time * 256e9);
+    last_pick_ = firing.pick;
+    const motion::Element& element = *segment.element;
+    const double bent = element.bent(solved.way);
     PathPulse& pulse = out.pulses[out.pulses_size];
     ++out.pulses_size;
-    const motion::Place place = planner.place(solved.state);
     pulse.path = spec_.path;
     pulse.pass = spec_.pass;
     pulse.energy_code = firing.power;
     pulse.number = next_;
-    pulse.s_pm = rounded(static_cast<double>(next_) * spec_.pitch * kPmPerMetre);
+    pulse.s_pm = pitch_pm_ * static_cast<std::int64_t>(next_);
     for (std::size_t i = 0; i < pulse.place_pm.size(); ++i) {
-        pulse.place_pm[i] = rounded(place[i] * kPmPerMetre);
+        pulse.place_pm[i] = nearest(element.axis(i, solved.way, bent) * kPmPerMetre);
     }
-    pulse.t_ns = rounded(solved.time * 1e9);
-    last_item_ = planner.elements().at(solved.state.element).item;
-
-    const std::int64_t t = t256 + act_ns * 256;
-    if (out.laser_size == 0 || !extend(out.laser[out.laser_size - 1], last_trigger_, t, firing)) {
-        LaserRun& run = out.laser[out.laser_size];
-        ++out.laser_size;
-        run = LaserRun{};
-        run.t0_ns = (t + 128) / 256;
-        run.count = 1;
-        run.pick = firing.pick;
-        run.power = firing.power;
-        // A run of one still tells the source its rate.
-        run.period_ns256 = rounded(spec_.pitch / larger(solved.state.speed, spec_.speed_min) * 256e9);
-    }
-    last_trigger_ = t;
+    pulse.t_ns = t_ns;
+    last_item_ = element.item;
+    trigger(t_ns256, solved.speed, firing, out);
 }
 
-void PulsePlacer::place(const motion::Planner& planner, double from, double to, std::int64_t act_ns,
+void PulsePlacer::place(const motion::Planner& planner, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
                         ServoOutputs& out) noexcept {
+    const double from = static_cast<double>(from_ns) * 1e-9;
     double low = larger(larger(from, last_time_), planner.rearm_time());
-    const double high = smaller(to, planner.stop_time());
-    while (low < high && !done(planner) && out.pulses_size < out.pulses.size() && out.laser_size < out.laser.size()) {
-        const Solved solved = solve(planner, next_distance(planner), low, high);
-        if (!solved.found || solved.time >= high) {
+    const double high = smaller(static_cast<double>(to_ns) * 1e-9, planner.stop_time());
+    if (!(low < high) || planner.law().empty()) {
+        return;
+    }
+    motion::Segment segment = planner.segment(low, hint_);
+    double length_at_end = segment.element->length_to(segment.way(segment.last));
+    while (!done(planner) && out.pulses_size < out.pulses.size() && out.laser_size < out.laser.size()) {
+        const double distance = next_distance(planner);
+        while (distance - segment.element->distance > length_at_end) {
+            if (segment.end >= high) {
+                return;
+            }
+            segment = planner.segment(segment.end, hint_);
+            length_at_end = segment.element->length_to(segment.way(segment.last));
+        }
+        const Solved solved =
+            solve(segment, distance - segment.element->distance, larger(low, segment.begin), segment.last);
+        if (solved.time >= high) {
             return;
         }
-        emit(planner, solved, act_ns, out);
+        const double since = solved.time - from;
+        emit(segment, solved, (from_ns + act_ns) * 256 + nearest32(since * 256e9), from_ns + nearest32(since * 1e9),
+             out);
         low = last_time_ = solved.time;
         ++next_;
     }

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "shared/machine/machine.hpp"
+#include "shared/math/scalar.hpp"
 
 /// Galvo command to XY2-100 words, 16-bit format: control bits 001, sixteen data bits, even parity over the twenty.
 
@@ -24,9 +25,21 @@ namespace sc::laser {
     return word | (parity & 1U);
 }
 
-/// Counts for a place in the field (metres about its centre), through the calibrated field correction. Clamped to 16
-/// bits. 100 kHz context: no division, no root.
-[[nodiscard]] std::array<std::int16_t, 2> galvo_counts(double x, double z, const Compensation& compensation,
-                                                       double counts_per_metre) noexcept;
+/// Places in the field to counts, through the calibrated field correction.
+class FieldMap {
+public:
+    FieldMap(const Compensation& compensation, double counts_per_metre) noexcept;
+    /// (x, z) in metres about the field's centre. Clamped to 16 bits. 100 kHz context: no division, no root.
+    [[nodiscard]] std::array<std::int16_t, 2> counts(double x, double z) const noexcept {
+        return {nearest16(m_[0] * x + m_[1] * z + offset_[0]), nearest16(m_[2] * x + m_[3] * z + offset_[1])};
+    }
+
+private:
+    static std::int16_t nearest16(double v) noexcept {
+        return static_cast<std::int16_t>(nearest32(clamped(v, -32767.0, 32767.0)));
+    }
+    std::array<double, 4> m_{};
+    std::array<double, 2> offset_{};
+};
 
 }  // namespace sc::laser

@@ -15,62 +15,51 @@ constexpr std::array<double, 5> kWeight{0.11846344252809454, 0.23931433524968324
 double smoothstep(double u) noexcept { return u * u * (3.0 - 2.0 * u); }
 
 /// |d2 − d1|² over the linear axes.
-double bend(const Element& e) noexcept {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        const double d = e.d2[i] - e.d1[i];
-        sum = sum + d * d;
-    }
-    return sum;
+double bend_squared(const Element& e) noexcept {
+    return (e.bend[0] * e.bend[0] + e.bend[1] * e.bend[1]) + e.bend[2] * e.bend[2];
 }
 
-/// True length of a blend's first `u` of its parameter range: |q'|² = 1 − |d2 − d1|² w (1 − w) for unit directions.
-double blend_length(const Element& e, double u) noexcept {
-    const double k = bend(e);
+/// Length of the first half of a blend.
+double half_length(const Element& e) noexcept {
+    const double k = bend_squared(e);
     double sum = 0.0;
     for (std::size_t i = 0; i < kNode.size(); ++i) {
-        const double w = smoothstep(u * kNode[i]);
+        const double w = smoothstep(0.5 * kNode[i]);
         sum = sum + kWeight[i] * square_root(1.0 - k * w * (1.0 - w));
     }
-    return sum * u * e.length;
+    return sum * (0.5 * e.length);
+}
+
+/// Fills true_length and odd. With x = z / h the polynomial is x (a + x² (b + x² (c + x² d))) and its four conditions,
+/// L at x = 1, slopes 1 (end) and m (middle), no second derivative at the end, have this solution (h = 1, L over h).
+void fit_length(Element& e) noexcept {
+    const double half = 0.5 * e.length;
+    const double l = half_length(e) / half;
+    const double m = square_root(1.0 - 0.25 * bend_squared(e));
+    const double rest = l - m;     // b + c + d
+    const double slope = 1.0 - m;  // 3b + 5c + 7d
+    const double d = (15.0 * rest - 7.0 * slope) / 8.0;
+    const double c = 0.5 * (slope - 3.0 * rest) - 2.0 * d;
+    const double b = rest - c - d;
+    const double q = 1.0 / (half * half);
+    e.true_length = 2.0 * (l * half);
+    e.odd = {m, b * q, c * q * q, d * q * q * q};
 }
 
 }  // namespace
 
 Place Element::place(double tau) const noexcept {
     const double t = clamped(tau - start, 0.0, length);
+    const double b = bent(t);
     Place p{};
-    if (kind == Kind::line) {
-        for (std::size_t i = 0; i < kAxisCount; ++i) {
-            p[i] = origin[i] + d1[i] * t;
-        }
-        return p;
-    }
-    const double u = t / length;
-    const double second = length * (u * u * u * (1.0 - 0.5 * u));
-    const double first = t - second;
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        p[i] = origin[i] + (d1[i] * first + d2[i] * second);
+        p[i] = axis(i, t, b);
     }
     return p;
 }
 
 double Element::distance_at(double tau) const noexcept {
-    const double t = clamped(tau - start, 0.0, length);
-    if (kind == Kind::line) {
-        return distance + t;
-    }
-    const double u = t / length;
-    // Symmetric about its middle, and the rule is the more accurate the shorter the range.
-    return distance + (u <= 0.5 ? blend_length(*this, u) : true_length - blend_length(*this, 1.0 - u));
-}
-
-double Element::stretch_at(double tau) const noexcept {
-    if (kind == Kind::line) {
-        return 1.0;
-    }
-    const double w = smoothstep(clamped(tau - start, 0.0, length) / length);
-    return square_root(1.0 - bend(*this) * w * (1.0 - w));
+    return distance + length_to(clamped(tau - start, 0.0, length));
 }
 
 Element make_line(const Place& from, const Place& direction, double length, double speed,
@@ -81,7 +70,6 @@ Element make_line(const Place& from, const Place& direction, double length, doub
     e.true_length = length;
     e.origin = from;
     e.d1 = direction;
-    e.d2 = direction;
     e.cap = speed;
     e.limits = {1e30, 1e30};
     for (std::size_t i = 0; i < kAxisCount; ++i) {
@@ -105,7 +93,11 @@ Element make_blend(const Place& from, const Place& d1, const Place& d2, double h
     e.length = 2.0 * half;
     e.origin = from;
     e.d1 = d1;
-    e.d2 = d2;
+    e.cubic = 1.0 / (e.length * e.length);
+    e.quartic = 0.5 * e.cubic / e.length;
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        e.bend[i] = d2[i] - d1[i];
+    }
     e.cap = speed;
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         const double share = larger(absolute(d1[i]), absolute(d2[i]));
@@ -113,7 +105,7 @@ Element make_blend(const Place& from, const Place& d1, const Place& d2, double h
             e.cap = axes.speed[i] / share;
             e.limited = LimitedBy::axis_speed;
         }
-        const double turn = absolute(d2[i] - d1[i]);
+        const double turn = absolute(e.bend[i]);
         if (turn > 1e-15) {
             const double by_acceleration = square_root(axes.acceleration[i] * e.length / (1.5 * turn));
             const double by_jerk = cube_root(axes.jerk[i] * e.length * e.length / (6.0 * turn));
@@ -124,7 +116,7 @@ Element make_blend(const Place& from, const Place& d1, const Place& d2, double h
             }
         }
     }
-    e.true_length = 2.0 * blend_length(e, 0.5);
+    fit_length(e);
     return e;
 }
 

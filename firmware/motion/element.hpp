@@ -42,22 +42,55 @@ struct Element {
     double cap = 0.0;      ///< highest speed (d tau / dt)
     TangentLimits limits;  ///< lines only
     Place origin{};
-    Place d1{};  ///< direction at its start: unit length over x, y, z (or ±1 in C alone)
-    Place d2{};  ///< blends: direction at the end
+    Place d1{};            ///< direction at its start: unit length over x, y, z (or ±1 in C alone)
+    Place bend{};          ///< blends: direction at the end less that at the start
+    double cubic = 0.0;    ///< blends: 1 / length²
+    double quartic = 0.0;  ///< blends: 1 / (2 length³)
+    /// Blends: true length from the middle, odd in the way from there: Σ odd[i] z^(2i+1). See make_blend.
+    std::array<double, 4> odd{};
 
     [[nodiscard]] double end() const noexcept { return start + length; }
+
+    // In the way t = tau − start, 0 ≤ t ≤ length: polynomials, no division, no root. For the frames and pulses.
+
+    /// How far the bend has set in: place = origin + d1 · t + bend · bent(t).
+    [[nodiscard]] double bent(double t) const noexcept { return t * t * t * (cubic - quartic * t); }
+    [[nodiscard]] double axis(std::size_t i, double t, double bent_so_far) const noexcept {
+        return origin[i] + (d1[i] * t + bend[i] * bent_so_far);
+    }
+    /// True length from the element's start.
+    [[nodiscard]] double length_to(double t) const noexcept {
+        if (kind == Kind::line) {
+            return t;
+        }
+        const double z = t - 0.5 * length;
+        const double q = z * z;
+        return 0.5 * true_length + z * (odd[0] + q * (odd[1] + q * (odd[2] + q * odd[3])));
+    }
+    /// d(true length)/dt: 1 on lines, less within a blend.
+    [[nodiscard]] double stretch(double t) const noexcept {
+        if (kind == Kind::line) {
+            return 1.0;
+        }
+        const double z = t - 0.5 * length;
+        const double q = z * z;
+        return odd[0] + q * (3.0 * odd[1] + q * (5.0 * odd[2] + q * (7.0 * odd[3])));
+    }
+
     /// Place at tau, start ≤ tau ≤ end.
     [[nodiscard]] Place place(double tau) const noexcept;
     /// True path length from the path's start at tau.
     [[nodiscard]] double distance_at(double tau) const noexcept;
-    /// d(distance)/d(tau) at tau: 1 on lines, less within a blend.
-    [[nodiscard]] double stretch_at(double tau) const noexcept;
 };
 
 /// Line from `from` along unit `direction`; fills cap and tangential limits from the axes'. Cost: some 100 operations.
 [[nodiscard]] Element make_line(const Place& from, const Place& direction, double length, double speed,
                                 const AxisLimits& axes) noexcept;
 /// Blend that starts at `from` with direction d1 and ends with d2, both unit. `half` is h.
+///
+/// |q'|² = 1 − |Δd|² w (1 − w) has no closed integral. The true length is taken from an odd polynomial about the middle
+/// that agrees in length (Gauss-Legendre, 1e-12) and its first two derivatives at the ends, and in the first at the
+/// middle. It is within 4e-4 of the blend's length and 0.3 % of the stretch up to 90°, three times that at 120°.
 [[nodiscard]] Element make_blend(const Place& from, const Place& d1, const Place& d2, double half, double speed,
                                  const AxisLimits& axes) noexcept;
 

@@ -409,6 +409,22 @@ MotionState Planner::state(double t, std::uint32_t& hint) const noexcept {
     return s;
 }
 
+Segment Planner::segment(double t, std::uint32_t& hint) const noexcept {
+    hint = law_.find(t, hint);
+    const Piece& piece = law_.at(hint);
+    Segment s;
+    s.element = &ring_.at(piece.element);
+    s.begin = piece.t0;
+    s.last = piece.end();
+    s.end = hint + 1 < law_.published() ? s.last : 1e30;
+    s.t0 = piece.t0;
+    s.way0 = piece.tau0 - s.element->start;
+    s.v0 = piece.v0;
+    s.a0_half = 0.5 * piece.a0;
+    s.j_sixth = (1.0 / 6.0) * piece.j;
+    return s;
+}
+
 void Planner::forget_before(double t) noexcept {
     if (law_.empty() || task_ == Task::stop || task_ == Task::resume) {
         return;

@@ -6,6 +6,7 @@
 
 #include "firmware/motion/path_builder.hpp"
 #include "firmware/motion/time_law.hpp"
+#include "shared/math/scalar.hpp"
 
 /// Look-ahead planner of one path: elements in, time law out.
 ///
@@ -33,6 +34,31 @@ struct MotionState {
     double acceleration = 0.0;
     std::uint32_t element = 0;
     std::uint32_t piece = 0;
+};
+
+/// A stretch of path time in which the law is one cubic and the beam on one element. What is read for each frame and
+/// each pulse comes from here: no look-up, no division, no root. Valid until the planner's next tick().
+struct Segment {
+    double begin = 0.0;  ///< path time
+    double end = 0.0;    ///< infinite (1e30) on the last one: beyond it the beam stands
+    double last = 0.0;   ///< path time from which on it stands
+    double t0 = 0.0;     ///< way(t) = way0 + dt (v0 + dt (a0/2 + dt j/6)) with dt = t − t0
+    double way0 = 0.0;
+    double v0 = 0.0;
+    double a0_half = 0.0;
+    double j_sixth = 0.0;
+    const Element* element = nullptr;
+
+    /// Way on the element, 0 … length.
+    [[nodiscard]] double way(double t) const noexcept {
+        const double dt = smaller(t, last) - t0;
+        return clamped(way0 + dt * (v0 + dt * (a0_half + dt * j_sixth)), 0.0, element->length);
+    }
+    /// d(way)/dt, before it stands.
+    [[nodiscard]] double speed(double t) const noexcept {
+        const double dt = t - t0;
+        return v0 + dt * (2.0 * a0_half + dt * (3.0 * j_sixth));
+    }
 };
 
 class Planner {
@@ -82,9 +108,8 @@ public:
     [[nodiscard]] Place place(const MotionState& state) const noexcept {
         return ring_.at(state.element).place(state.tau);
     }
-    [[nodiscard]] double distance(const MotionState& state) const noexcept {
-        return ring_.at(state.element).distance_at(state.tau);
-    }
+    /// Published law about path time t ≥ 0, of a path that is ready(). `hint` remembers the piece between calls.
+    [[nodiscard]] Segment segment(double t, std::uint32_t& hint) const noexcept;
     /// Forget what no reader needs any more: everything before path time t.
     void forget_before(double t) noexcept;
 

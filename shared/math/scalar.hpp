@@ -29,6 +29,25 @@ namespace sc {
     return rest <= -0.5 ? whole - 1 : whole;
 }
 
+namespace scalar_detail {
+/// 1.5 · 2^52: a double this large has no binary places, so adding it leaves the nearest integer in the low bits.
+inline constexpr double kNoBinaryPlaces = 6755399441055744.0;
+}  // namespace scalar_detail
+
+/// Nearest integer, halves to even, limited to ±2^51; a NaN becomes −2^51. A third of the cost of `rounded`: for the
+/// paths that run for each mirror frame and each pulse. Needs the default rounding mode.
+[[nodiscard]] constexpr std::int64_t nearest(double v) noexcept {
+    constexpr double kLimit = 2251799813685248.0;
+    const double shifted = clamped(v, -kLimit, kLimit) + scalar_detail::kNoBinaryPlaces;
+    return std::bit_cast<std::int64_t>(shifted) - std::bit_cast<std::int64_t>(scalar_detail::kNoBinaryPlaces);
+}
+
+/// The same for 32 bits, limited to ±2'147'483'647.
+[[nodiscard]] constexpr std::int32_t nearest32(double v) noexcept {
+    const double shifted = clamped(v, -2147483647.0, 2147483647.0) + scalar_detail::kNoBinaryPlaces;
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(shifted)));
+}
+
 /// Cube root of v ≥ 0 (0 for less); relative error below 1e-15. Newton from a guess made of the exponent; the number of
 /// steps is fixed, so the cost is too (about 60 operations).
 [[nodiscard]] constexpr double cube_root(double v) noexcept {

@@ -56,7 +56,8 @@ public:
             return true;
         }
         const MotionState state = planner_->state(time_, hint_);
-        samples_.push_back({planner_->place(state), state.speed, planner_->distance(state)});
+        samples_.push_back(
+            {planner_->place(state), state.speed, planner_->elements().at(state.element).distance_at(state.tau)});
         if (planner_->complete() && time_ > planner_->law().end_time()) {
             return false;
         }

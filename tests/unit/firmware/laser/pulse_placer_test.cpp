@@ -10,6 +10,7 @@ namespace sc::laser {
 namespace {
 
 constexpr double kTick = 1e-3;
+constexpr std::int64_t kTickNs = 1'000'000;
 
 PulseSpec spec() {
     PulseSpec s;
@@ -47,6 +48,7 @@ Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t 
     placer.open(spec());
     Fired fired;
     double t = 0.0;
+    std::int64_t ns = 0;
     for (std::int64_t tick = 0; tick < 100'000; ++tick) {
         EXPECT_TRUE(planner->tick(tick, t, kTick));
         planner->work(motion::kUnitsPerTick);
@@ -54,7 +56,7 @@ Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t 
             continue;
         }
         auto out = std::make_unique<ServoOutputs>();
-        placer.place(*planner, t, t + kTick, act_ns, *out);
+        placer.place(*planner, ns, ns + kTickNs, act_ns, *out);
         fired.pulses.insert(fired.pulses.end(), out->pulses.begin(),
                             out->pulses.begin() + static_cast<std::ptrdiff_t>(out->pulses_size));
         for (std::size_t r = 0; r < out->laser_size; ++r) {
@@ -68,7 +70,8 @@ Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t 
                 period += static_cast<double>(run.change_ns256) / 256.0;
             }
         }
-        t += kTick;
+        ns += kTickNs;
+        t = static_cast<double>(ns) * 1e-9;
         if (placer.done(*planner)) {
             break;
         }

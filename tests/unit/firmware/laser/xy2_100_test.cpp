@@ -46,15 +46,16 @@ TEST(Xy2100, KnownFrames) {
     EXPECT_EQ(word(0xFFFF), 0x3FFFFU);
 }
 
-TEST(GalvoCounts, AppliesTheFieldCorrectionAndClamps) {
+TEST(FieldMap, AppliesTheFieldCorrectionAndClamps) {
     Compensation c;
     c.galvo_from_field = {1.01, 0.002, -0.003, 0.99};
     c.galvo_offset = {-1e-4, 2e-4};
-    const auto counts = galvo_counts(0.01, -0.005, c, 1e6);
+    const FieldMap map(c, 1e6);
+    const auto counts = map.counts(0.01, -0.005);
     EXPECT_EQ(counts[0], 10'100 - 10 - 100);
     EXPECT_EQ(counts[1], -30 - 4'950 + 200);
-    EXPECT_EQ(galvo_counts(1.0, -1.0, c, 1e6)[0], 32767);
-    EXPECT_EQ(galvo_counts(1.0, -1.0, c, 1e6)[1], -32767);
+    EXPECT_EQ(map.counts(1.0, -1.0)[0], 32767);
+    EXPECT_EQ(map.counts(1.0, -1.0)[1], -32767);
 }
 
 }  // namespace

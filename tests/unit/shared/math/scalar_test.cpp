@@ -22,6 +22,28 @@ TEST(Scalar, CubeRootMatchesTheLibraryOverAllMagnitudes) {
     EXPECT_EQ(cube_root(std::numeric_limits<double>::quiet_NaN()), 0.0);
 }
 
+TEST(Nearest, RoundsHalvesToEvenAndClamps) {
+    EXPECT_EQ(nearest(0.5), 0);
+    EXPECT_EQ(nearest(1.5), 2);
+    EXPECT_EQ(nearest(-0.5), 0);
+    EXPECT_EQ(nearest(-2.5), -2);
+    EXPECT_EQ(nearest(-2.5001), -3);
+    EXPECT_EQ(nearest(123456789012345.4), 123456789012345);
+    EXPECT_EQ(nearest(-123456789012345.6), -123456789012346);
+    EXPECT_EQ(nearest(1e300), 2'251'799'813'685'248);
+    EXPECT_EQ(nearest(-1e300), -2'251'799'813'685'248);
+    EXPECT_EQ(nearest(std::numeric_limits<double>::quiet_NaN()), -2'251'799'813'685'248);
+}
+
+TEST(Nearest32, RoundsHalvesToEvenAndClamps) {
+    EXPECT_EQ(nearest32(2.5), 2);
+    EXPECT_EQ(nearest32(-3.5), -4);
+    EXPECT_EQ(nearest32(2147483646.6), 2147483647);
+    EXPECT_EQ(nearest32(1e10), 2147483647);
+    EXPECT_EQ(nearest32(-1e10), -2147483647);
+    EXPECT_EQ(nearest32(std::numeric_limits<double>::quiet_NaN()), -2147483647);
+}
+
 TEST(Scalar, RoundsHalvesAwayFromZeroAndNeverOverflows) {
     EXPECT_EQ(rounded(0.5), 1);
     EXPECT_EQ(rounded(-0.5), -1);
