@@ -3,7 +3,10 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
 
+#include "boards/sim/board_figures.hpp"
 #include "firmware/controller/controller.hpp"
 #include "firmware/hal/io.hpp"
 #include "firmware/motion/planner.hpp"
@@ -24,6 +27,10 @@ public:
     virtual void tick(const ServoInputs& inputs, ServoOutputs& outputs) = 0;
     /// The first fault since the start or the last reset.
     [[nodiscard]] virtual Fault first_fault() const = 0;
+    /// Name of the board, as the folder below boards/ has it.
+    [[nodiscard]] virtual std::string board() const { return "sim"; }
+    /// What the board has measured so far; nullopt where nothing is. Throws as tick() does.
+    [[nodiscard]] virtual std::optional<BoardFigures> figures() { return std::nullopt; }
 };
 
 using MakeController =
