@@ -120,6 +120,8 @@ CellReport SimCell::report() const {
     report.state = state();
     report.faults = faults();
     report.first_fault = controller_->first_fault();
+    report.board = controller_->board();
+    report.figures = controller_->figures();
     report.now_ns = now_ns();
     report.pulses = plant_.pulses();
     report.last_pulse_ns = plant_.last_pulse_ns();

@@ -43,6 +43,26 @@ Json errors_json(const std::vector<KnownError>& errors) {
     return list;
 }
 
+Json max_json(const InstructionMax& most) { return {{"count", most.count}, {"tick", most.tick}}; }
+
+Json instructions_json(const InstructionFigures& figures) {
+    return {{"servo_max", max_json(figures.servo)}, {"plan_max", max_json(figures.plan)},
+            {"tick_max", max_json(figures.tick)},   {"servo_total", figures.servo_total},
+            {"plan_total", figures.plan_total},     {"ticks", figures.ticks}};
+}
+
+/// What a board measured; null where the controller runs in the cell's own process.
+Json figures_json(const std::optional<BoardFigures>& figures) {
+    if (!figures) {
+        return nullptr;
+    }
+    return {{"instructions", instructions_json(figures->all)},
+            {"instructions_marking", instructions_json(figures->marking)},
+            {"stack_used_bytes", figures->stack_used},
+            {"stack_size_bytes", figures->stack_size},
+            {"controller_bytes", figures->controller_bytes}};
+}
+
 }  // namespace
 
 std::string to_json(const CellReport& report) {
@@ -58,6 +78,8 @@ std::string to_json(const CellReport& report) {
                     {"unlit", report.laser.unlit},
                     {"last_pulse_ns", report.last_pulse_ns},
                     {"command_trace_sha256", report.command_trace_sha256},
+                    {"board", report.board},
+                    {"figures", figures_json(report.figures)},
                     {"pulses_not_allowed", report.laser.not_allowed},
                     {"pulses_cancelled", report.laser.cancelled},
                     {"pulses_cut", report.laser.cut},

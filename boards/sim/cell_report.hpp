@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "boards/sim/board_figures.hpp"
 #include "boards/sim/plant/fault_player.hpp"
 #include "boards/sim/plant/laser.hpp"
 #include "boards/sim/world/world.hpp"
@@ -24,6 +26,8 @@ struct CellReport {
     LaserCounters laser;
     std::uint64_t galvo_words_dropped = 0;
     std::string command_trace_sha256;
+    std::string board;  ///< where the controller ran
+    std::optional<BoardFigures> figures;
     std::vector<FaultRecord> script_events;
     std::vector<KnownError> errors;
 };

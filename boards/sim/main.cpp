@@ -8,6 +8,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "boards/mps2_an500/pc/m7_controller.hpp"
 #include "boards/sim/cell.hpp"
 #include "boards/sim/lock_step.hpp"
 #include "boards/sim/plant/fault_script.hpp"
@@ -26,6 +27,8 @@ constexpr const char* kExamples = R"(Examples:
       a cell on a free loopback port, at twice real time
   scribecell-cell --lockstep-fd 3 --out run2 --script faults.txt
       as the host starts it: virtual time, over the inherited socket 3
+  scribecell-cell --lockstep-fd 3 --controller m7
+      the same, with the controller on a Cortex-M7 in QEMU
 
 A fault script has one event a line:
   at 3.5 estop open
@@ -47,6 +50,8 @@ struct Arguments {
     int tcp = -1;
     double speed = 1.0;
     bool command_trace = false;
+    std::string controller = "local";
+    std::string m7_image;
 };
 
 void describe(CLI::App& app, Arguments& a) {
@@ -59,6 +64,12 @@ void describe(CLI::App& app, Arguments& a) {
         ->capture_default_str();
     app.add_option("--seed", a.seed, "number of this start of the controller")->capture_default_str();
     app.add_flag("--command-trace", a.command_trace, "write command.trace too: the records under the command hash");
+    app.add_option("--controller", a.controller,
+                   "where the controller runs: local (in this process) or m7 (Cortex-M7 in QEMU)")
+        ->check(CLI::IsMember({"local", "m7"}))
+        ->capture_default_str();
+    app.add_option("--m7-image", a.m7_image, "image for --controller m7 (default: what the preset m7 builds)")
+        ->type_name("FILE");
     auto* mode = app.add_option_group("mode", "who drives the cell");
     mode->add_option("--lockstep-fd", a.lockstep, "inherited socket: virtual time in lock-step with the host")
         ->check(CLI::Range(0, 1'000'000));
@@ -94,6 +105,10 @@ sc::sim::CellOptions options_of(const Arguments& a) {
     options.baud = a.baud;
     options.boot_id = a.seed;
     options.command_trace = a.command_trace;
+    if (a.controller == "m7") {
+        options.controller = sc::mps2_an500::make_m7_controller(
+            {.image = a.m7_image.empty() ? sc::mps2_an500::find_image() : std::filesystem::path(a.m7_image)});
+    }
     return options;
 }
 

@@ -71,6 +71,12 @@ std::vector<std::string> cell_arguments(const LinkOptions& options) {
     if (options.baud) {
         add("--baud", std::to_string(*options.baud));
     }
+    if (options.board == "m7") {
+        add("--controller", "m7");
+    }
+    if (options.m7_image) {
+        add("--m7-image", options.m7_image->string());
+    }
     return words;
 }
 

@@ -13,12 +13,14 @@ namespace sc::host {
 
 /// What a link needs besides its URL. Only the simulated cell uses it.
 struct LinkOptions {
-    std::optional<std::filesystem::path> world;   ///< world file; the cell's default without one
-    std::optional<std::filesystem::path> out;     ///< folder for the cell's traces
-    std::optional<std::filesystem::path> script;  ///< faults to provoke, by virtual time
-    Nanoseconds jitter{0};                        ///< arrival jitter of what the host sends
-    std::uint64_t seed = 1;                       ///< of the jitter
-    std::optional<unsigned> baud;                 ///< rate of the simulated carrier
+    std::optional<std::filesystem::path> world;     ///< world file; the cell's default without one
+    std::optional<std::filesystem::path> out;       ///< folder for the cell's traces
+    std::optional<std::filesystem::path> script;    ///< faults to provoke, by virtual time
+    Nanoseconds jitter{0};                          ///< arrival jitter of what the host sends
+    std::uint64_t seed = 1;                         ///< of the jitter
+    std::optional<unsigned> baud;                   ///< rate of the simulated carrier
+    std::string board = "sim";                      ///< where the cell's controller runs: sim (on this PC) or m7
+    std::optional<std::filesystem::path> m7_image;  ///< image of the board m7; the project's own without one
 };
 
 /// Opens the cell named by `url`:

@@ -22,6 +22,8 @@ constexpr const char* kExamples = R"(Examples:
       two faces; one JSON object on stdout; traces, journal and reports in run1
   scribecell scribe --world bent.toml --script faults.txt
       the simulated cell with errors of its own, and faults to provoke
+  scribecell scribe --board m7
+      the example with the controller on a Cortex-M7 in QEMU; also prints what it cost in instructions
   scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite
       a cell on a serial line
 
@@ -59,6 +61,12 @@ void describe_cell(CLI::App& app, Words& words) {
     app.add_option("--link", o.link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    app.add_option("--board", link.board,
+                   "where the simulated cell's controller runs: sim (on this PC) or m7 (Cortex-M7 in QEMU)")
+        ->check(CLI::IsMember({"sim", "m7"}))
+        ->capture_default_str();
+    optional_option(app, "--m7-image", link.m7_image, "image for --board m7 (default: what the preset m7 builds)")
+        ->type_name("FILE");
     app.add_flag("--reset-fault", o.reset_fault, "acknowledge a latched fault first");
     app.add_option("--points-per-block", o.points_per_block, "most items in one message (default: as many as fit)")
         ->type_name("N")

@@ -70,13 +70,14 @@ void check_link_options(const ScribeOptions& options) {
     if (is_simulated(options.link)) {
         return;
     }
-    const bool given =
-        options.link_options.world || options.link_options.script || options.link_options.jitter > Nanoseconds::zero();
+    const bool given = options.link_options.world || options.link_options.script || options.link_options.m7_image ||
+                       options.link_options.board != "sim" || options.link_options.jitter > Nanoseconds::zero();
     if (given) {
-        throw InputError({.file = {},
-                          .problem = "--world, --script and --jitter-us belong to the simulated cell",
-                          .value = options.link,
-                          .action = "give them to `scribecell cell`, or use --link sim:"});
+        throw InputError(
+            {.file = {},
+             .problem = "--world, --script, --jitter-us, --board and --m7-image belong to the simulated cell",
+             .value = options.link,
+             .action = "give them to `scribecell cell`, or use --link sim:"});
     }
 }
 
@@ -96,6 +97,7 @@ ScribeInput read_input(const ScribeOptions& options) {
     check_link_options(options);
     check_readable(options.link_options.world, "the world file");
     check_readable(options.link_options.script, "the fault script");
+    check_readable(options.link_options.m7_image, "the image for the Cortex-M7");
     check_folder_of(options.svg, "the picture");
     check_folder_of(options.journal, "the journal");
     ScribeInput input;
