@@ -18,7 +18,21 @@ constexpr std::array<std::string_view, 2> kMirrorName{"galvo x", "galvo z"};
 constexpr std::array<double, 3> kRounding{1.0, 2.0, 4.0};
 constexpr double kDegreesPerMetre = 1e3;  ///< kPlaceTolerance for C
 
-/// The controller moves the axes by its set-points. A number that names no state counts: it may not hide a breach.
+/// Set-points mean places in h. Before homing, idle may stand anywhere.
+bool is_homed(std::uint8_t state) noexcept {
+    return leads_axes(state) && state != static_cast<std::uint8_t>(State::idle);
+}
+
+double metres(std::int64_t pm) noexcept { return static_cast<double>(pm) / kPmPerMetre; }
+
+/// A damaged trace may hold any number; differences of numbers within this do not overflow.
+std::int64_t tamed(std::int64_t value) noexcept {
+    constexpr std::int64_t kMost = 1'000'000'000'000'000'000;
+    return std::clamp(value, -kMost, kMost);
+}
+
+}  // namespace
+
 bool leads_axes(std::uint8_t state) noexcept {
     switch (static_cast<State>(state)) {
         case State::boot:
@@ -40,21 +54,6 @@ bool leads_axes(std::uint8_t state) noexcept {
     return true;
 }
 
-/// Set-points mean places in h. Before homing, idle may stand anywhere.
-bool is_homed(std::uint8_t state) noexcept {
-    return leads_axes(state) && state != static_cast<std::uint8_t>(State::idle);
-}
-
-double metres(std::int64_t pm) noexcept { return static_cast<double>(pm) / kPmPerMetre; }
-
-/// A damaged trace may hold any number; differences of numbers within this do not overflow.
-std::int64_t tamed(std::int64_t value) noexcept {
-    constexpr std::int64_t kMost = 1'000'000'000'000'000'000;
-    return std::clamp(value, -kMost, kMost);
-}
-
-}  // namespace
-
 std::string_view name_of(Breach breach) noexcept {
     switch (breach) {
         case Breach::missing_tick: return "missing_tick";
@@ -66,6 +65,11 @@ std::string_view name_of(Breach breach) noexcept {
         case Breach::keep_out: return "keep_out";
         case Breach::turn_not_retracted: return "turn_not_retracted";
         case Breach::gate_outside_marking: return "gate_outside_marking";
+        case Breach::not_at_rest: return "not_at_rest";
+        case Breach::path_end: return "path_end";
+        case Breach::deviation: return "deviation";
+        case Breach::vertex_skipped: return "vertex_skipped";
+        case Breach::path_lost: return "path_lost";
     }
     return "?";
 }
@@ -79,7 +83,7 @@ std::array<std::int64_t, 3> SampleChecker::History::push(std::int64_t sample) no
     return {value - p1, value - 2 * p1 + p2, value - 3 * p1 + 3 * p2 - p3};
 }
 
-SampleChecker::SampleChecker(const MachineConfig& machine) : machine_(machine) {
+SampleChecker::SampleChecker(const MachineConfig& machine, double allow) : machine_(machine), allow_(allow) {
     const double tick = 1e-9 * static_cast<double>(machine.control_period_ns);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         const AxisConfig& a = machine.axis[i];
@@ -228,14 +232,33 @@ void SampleChecker::check_differences(const Bounds& bounds, const std::array<std
     for (std::size_t k = 0; k < 3; ++k) {
         scale /= bounds.period;
         const double value = std::abs(static_cast<double>(differences[k])) * scale;
-        *peaks[k] = std::max(*peaks[k], value);
-        if (value > limits[k] * kLimitTolerance + kRounding[k] * scale) {
+        if (value > *peaks[k]) {
+            *peaks[k] = value;
+            peak.tick[k] = tick;
+        }
+        if (value > limits[k] * allow_ + kRounding[k] * scale) {
             add_violation({.breach = kBreach[k],
                            .tick = tick,
                            .frame = frame,
                            .axis = bounds.name,
                            .value = value,
                            .limit = limits[k]});
+        }
+    }
+}
+
+void SampleChecker::end() {
+    for (std::size_t i = 0; moving_ && i < kAxisCount; ++i) {
+        const Bounds& bounds = axis_bounds_[i];
+        // An axis that comes to rest at the last sample covers J T³/6 at most in the tick before.
+        const double most = bounds.jerk * bounds.period * bounds.period * bounds.period / 6.0;
+        const double step = std::abs(static_cast<double>(axis_[i].last[0] - axis_[i].last[1])) / bounds.units_per_base;
+        if (step > most * allow_ + kRounding[0] / bounds.units_per_base) {
+            add_violation({.breach = Breach::not_at_rest,
+                           .tick = next_tick_ - 1,
+                           .axis = bounds.name,
+                           .value = step / bounds.period,
+                           .limit = most / bounds.period});
         }
     }
 }

@@ -28,6 +28,11 @@ enum class Breach : std::uint8_t {
     keep_out,              ///< the focus in a keep-out volume
     turn_not_retracted,    ///< C moves while y is not retracted
     gate_outside_marking,  ///< pulses in another state than marking
+    not_at_rest,           ///< at the first or last sample of a motion
+    path_end,              ///< the motion does not start or end where its path does
+    deviation,             ///< a sample is too far from its place on the path
+    vertex_skipped,        ///< a point of the path was passed too far off
+    path_lost,             ///< the motion does not follow the path to its end in order
 };
 [[nodiscard]] std::string_view name_of(Breach breach) noexcept;
 
@@ -45,6 +50,7 @@ struct MotionPeak {
     double speed = 0.0;
     double acceleration = 0.0;
     double jerk = 0.0;
+    std::array<std::int64_t, 3> tick{};  ///< of each
 };
 
 struct SampleReport {
@@ -71,9 +77,12 @@ inline constexpr double kPlaceTolerance = 0.1e-3;
 /// means that they stand at zero.
 class SampleChecker {
 public:
-    explicit SampleChecker(const MachineConfig& machine);
+    /// `allow`: differences may exceed a limit by this factor.
+    explicit SampleChecker(const MachineConfig& machine, double allow = kLimitTolerance);
 
     void add(const trace::SampleRecord& record, std::span<const trace::GalvoSample> frames);
+    /// For a trace that is whole: notes each axis that was still moving by the controller's set-points at the end.
+    void end();
     [[nodiscard]] const SampleReport& report() const noexcept { return report_; }
 
 private:
@@ -104,6 +113,7 @@ private:
     void add_violation(const Violation& violation);
 
     MachineConfig machine_;
+    double allow_;
     std::array<Bounds, kAxisCount> axis_bounds_{};
     std::array<Bounds, 2> galvo_bounds_{};
     std::array<History, kAxisCount> axis_{};
@@ -112,6 +122,10 @@ private:
     std::int64_t next_tick_ = 0;
     SampleReport report_;
 };
+
+/// The controller moves powered axes by its own set-points in this state (shared/codes/state.hpp); a number that names
+/// no state counts as one.
+[[nodiscard]] bool leads_axes(std::uint8_t state) noexcept;
 
 /// Reads a whole sample trace. Throws InputError for a file that is none.
 [[nodiscard]] SampleReport check_samples(const std::filesystem::path& path, const MachineConfig& machine);

@@ -443,6 +443,61 @@ TEST(CheckSamples, ReadsATraceFile) {
     EXPECT_EQ(report.first[0].tick, 1);
 }
 
+TEST(SampleChecker, ATraceThatIsWholeEndsAtRest) {
+    const MachineConfig machine = reference_machine();
+    for (const std::size_t axis : kAllAxes) {
+        const Shape shape = shape_for(limits_of(machine.axis[axis]), 1.0, 1.0, 1.0);
+        std::vector<double> way;
+        run_move(shape, 1e-3, [&](double w) { way.push_back(w); });
+        for (const std::size_t ticks : {way.size(), way.size() / 2}) {
+            SampleChecker checker(machine);
+            trace::SampleRecord record;
+            record.state = static_cast<std::uint8_t>(State::running);
+            for (std::size_t i = 0; i < kAxisCount; ++i) {
+                record.set_point[i] = std::llround(kStand[i] * kUnits[i]);
+            }
+            record.actual = record.set_point;
+            for (std::size_t n = 0; n < ticks; ++n) {
+                record.set_point[axis] = std::llround((kStand[axis] - way[n]) * kUnits[axis]);
+                record.actual = record.set_point;
+                checker.add(record, {});
+                ++record.tick;
+            }
+            EXPECT_EQ(checker.report().limit_violations, 0U);
+            checker.end();
+            EXPECT_EQ(checker.report().limit_violations, ticks == way.size() ? 0U : 1U) << axis;
+            if (ticks < way.size()) {
+                EXPECT_EQ(checker.report().first.front().breach, Breach::not_at_rest);
+                EXPECT_EQ(checker.report().first.front().tick, static_cast<std::int64_t>(ticks) - 1);
+            }
+        }
+    }
+}
+
+TEST(SampleChecker, KeepsTheTickOfEachPeakAndTheFactorThatItIsGiven) {
+    SampleChecker strict(reference_machine());
+    SampleChecker lenient(reference_machine(), 1.02);
+    const Shape shape = shape_for(limits_of(reference_machine().axis[0]), 0.9, 0.9, 1.01);
+    trace::SampleRecord record;
+    record.state = static_cast<std::uint8_t>(State::running);
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        record.set_point[i] = std::llround(kStand[i] * kUnits[i]);
+    }
+    const std::int64_t stand = record.set_point[0];
+    run_move(shape, 1e-3, [&](double way) {
+        record.set_point[0] = stand - std::llround(way * kUnits[0]);
+        record.actual = record.set_point;
+        strict.add(record, {});
+        lenient.add(record, {});
+        ++record.tick;
+    });
+    EXPECT_GT(strict.report().limit_violations, 0U);
+    EXPECT_EQ(lenient.report().limit_violations, 0U);
+    const std::array<std::int64_t, 3> tick = lenient.report().axis_peak[0].tick;
+    EXPECT_LT(tick[2], tick[1]) << "jerk comes before acceleration";
+    EXPECT_LT(tick[1], tick[0]) << "and acceleration before speed";
+}
+
 TEST(CheckSamples, RefusesAMissingFile) {
     EXPECT_THROW((void)check_samples("not/there.trace", reference_machine()), InputError);
 }
