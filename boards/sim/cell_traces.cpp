@@ -27,6 +27,7 @@ Json machine_json(const MachineConfig& machine) {
                         {"speed", a.speed},
                         {"acceleration", a.acceleration},
                         {"jerk", a.jerk},
+                        {"following_window", a.following_window},
                         {"counts_per_unit", a.counts_per_unit}});
     }
     const GalvoConfig& g = machine.galvo;
