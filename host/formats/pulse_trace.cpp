@@ -147,6 +147,11 @@ PulseTrace read_pulse_trace(const std::filesystem::path& path) {
     return out;
 }
 
+TraceHeader read_sample_header(const std::filesystem::path& path) {
+    TraceFile file(path);
+    return read_header(file, trace::kSampleMagic);
+}
+
 TraceHeader for_each_sample(const std::filesystem::path& path, const SampleHandler& handle) {
     TraceFile file(path);
     TraceHeader header = read_header(file, trace::kSampleMagic);

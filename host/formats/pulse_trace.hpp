@@ -47,6 +47,8 @@ TraceHeader for_each_pulse(const std::filesystem::path& path,
                            const std::function<void(const trace::PulseRecord&)>& handle);
 /// One tick: its set-points and its galvo frames (none: mirrors at zero throughout).
 using SampleHandler = std::function<void(const trace::SampleRecord&, std::span<const trace::GalvoSample>)>;
+/// The header of a sample trace alone. Throws as above.
+[[nodiscard]] TraceHeader read_sample_header(const std::filesystem::path& path);
 /// Streams a sample trace. Throws as above, and for a record that claims neither 0 nor 100 galvo frames.
 TraceHeader for_each_sample(const std::filesystem::path& path, const SampleHandler& handle);
 
