@@ -24,6 +24,17 @@ text{font-family:"DejaVu Sans","Liberation Sans",Arial,sans-serif;fill:#24313d}
 .arrow{stroke:#c2371b;stroke-width:1.3;fill:#c2371b}
 .lost{stroke:#c2371b;stroke-width:1.5;fill:none;stroke-dasharray:3 2}
 .bar{stroke:#24313d;stroke-width:2}
+.axis{stroke:#9aa6b0;stroke-width:1}
+.limit{stroke:#c2371b;stroke-width:1.2;stroke-dasharray:7 4}
+.pathlimit{stroke:#1d1d1b;stroke-width:1.2;stroke-dasharray:2 3}
+.broken{stroke:#c2371b;stroke-width:1;stroke-opacity:0.55}
+.brokendot{fill:#c2371b}
+.cp,.cx,.cy,.cz,.cc{fill:none;stroke-width:1.1;stroke-linejoin:round}
+.cp{stroke:#1d1d1b;stroke-opacity:0.6}
+.cx{stroke:#1f5fa8}
+.cy{stroke:#c77700}
+.cz{stroke:#2c8a4b}
+.cc{stroke:#7a3fa0}
 )";
 
 std::string escaped(std::string_view text) {
@@ -61,6 +72,10 @@ void Svg::rect(double x, double y, double width, double height, std::string_view
     fmt::format_to(std::back_inserter(body_),
                    "<rect class=\"{}\" x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\"/>\n", css_class, x,
                    y, width, height);
+}
+
+void Svg::path(std::string_view d, std::string_view css_class) {
+    fmt::format_to(std::back_inserter(body_), "<path class=\"{}\" d=\"{}\"/>\n", css_class, d);
 }
 
 void Svg::text(double x, double y, std::string_view content, std::string_view css_class, std::string_view anchor) {

@@ -14,6 +14,8 @@ public:
     void line(double x1, double y1, double x2, double y2, std::string_view css_class);
     void circle(double x, double y, double radius, std::string_view css_class);
     void rect(double x, double y, double width, double height, std::string_view css_class);
+    /// `d`: path data, taken as it is.
+    void path(std::string_view d, std::string_view css_class);
     /// `anchor`: "start", "middle" or "end".
     void text(double x, double y, std::string_view content, std::string_view css_class,
               std::string_view anchor = "start");

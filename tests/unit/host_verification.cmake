@@ -14,3 +14,9 @@ sc_test(host_verification_accuracy_test LABEL unit
 sc_test(host_verification_report_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/report_test.cpp
   DEPS host_verification)
+sc_test(host_verification_motion_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/motion_checker_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/motion_svg_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/motion_trace_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/path_deviation_test.cpp
+  DEPS host_verification)
