@@ -13,6 +13,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell scribe                     the main job, on the simulated cell
   scribecell scribe --dry-run           what it would burn
   scribecell monitor --once             state of a cell
+  scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell doctor                     what is installed, connected, missing
 
 Exit codes: 0 done; 1 the cell or the job failed; 2 bad input or usage; 130 Ctrl-C.)";
@@ -29,6 +30,8 @@ int main(int argc, char** argv) {
         sc::host::cli::add_cell(app, exit_code);
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
+        sc::host::cli::add_check(app, exit_code);
+        sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_version(app, exit_code);
         sc::host::cli::add_bench(app, exit_code);

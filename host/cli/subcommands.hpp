@@ -12,6 +12,8 @@ void add_scribe(CLI::App& app, int& exit_code);
 void add_cell(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
+void add_check(CLI::App& app, int& exit_code);
+void add_plot(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_version(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);

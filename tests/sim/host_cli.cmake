@@ -5,13 +5,16 @@ if(SC_HOST AND SC_SIM)
   sc_test(sim_bad_input_test LABEL sim TIMEOUT 120
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/bad_input_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_check_test LABEL sim TIMEOUT 120
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/check_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
   sc_test(sim_scribe_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/scribe_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   sc_test(sim_scribe_fault_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/scribe_fault_test.cpp ${sc_cli_program}
     DEPS host_formats nlohmann_json::nlohmann_json)
-  foreach(test sim_bad_input_test sim_scribe_test sim_scribe_fault_test)
+  foreach(test sim_bad_input_test sim_check_test sim_scribe_test sim_scribe_fault_test)
     add_dependencies(${test} scribecell scribecell-cell)
   endforeach()
 endif()
