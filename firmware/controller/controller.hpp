@@ -35,6 +35,12 @@ public:
     [[nodiscard]] std::uint64_t faults() const noexcept { return supervisor_.faults(); }
     [[nodiscard]] const safety::FaultRecord& first_fault() const noexcept { return supervisor_.first_fault(); }
     [[nodiscard]] const link::Endpoint& link() const noexcept { return link_; }
+    // What follows is for a look inside at rest (replay, tests); nothing decides by it.
+    [[nodiscard]] const JobRunner& runner() const noexcept { return runner_; }
+    [[nodiscard]] const drives::Outcome& drives_seen() const noexcept { return drives_seen_; }
+    [[nodiscard]] const safety::MoSequencer& master_oscillator() const noexcept { return mo_; }
+    [[nodiscard]] std::uint32_t pulses_total() const noexcept { return pulses_total_; }
+    [[nodiscard]] std::uint32_t starvations() const noexcept { return starvations_; }
 
 private:
     struct Verdict {

@@ -79,6 +79,7 @@ public:
     void close_job() noexcept;
     /// Items of the open job, in order, each exactly once. The controller pops.
     [[nodiscard]] ItemQueue& items() noexcept { return stream_.items(); }
+    [[nodiscard]] const ItemQueue& items() const noexcept { return stream_.items(); }
     /// Items of the open job that have arrived (the number of the next one wanted).
     [[nodiscard]] std::uint32_t received() const noexcept { return stream_.received(); }
     /// Every item of the job has arrived and their hash is the job's.

@@ -178,26 +178,39 @@ bool unpack(std::span<const std::uint8_t> bytes, StoredInputs& stored) noexcept 
 }
 
 std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out) noexcept {
+    OutputPartEnds ends{};
+    return pack(outputs, out, ends);
+}
+
+std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out, OutputPartEnds& ends) noexcept {
     ByteWriter writer(out);
+    const auto end_part = [&](OutputPart part) noexcept { ends[static_cast<std::size_t>(part)] = writer.size(); };
     writer.put(static_cast<std::uint16_t>(outputs.link_tx_size));
     writer.put_bytes(std::span(outputs.link_tx).first(outputs.link_tx_size));
+    end_part(OutputPart::link);
     put(writer, std::span(outputs.drive_tx).first(outputs.drive_tx_size));
+    end_part(OutputPart::drives);
     for (const std::int64_t set_point : outputs.set_point) {
         writer.put(set_point);
     }
+    end_part(OutputPart::set_points);
     put_galvo(writer, outputs.galvo);
+    end_part(OutputPart::mirrors);
     writer.put(static_cast<std::uint16_t>(outputs.laser_size));
     for (const LaserRun& run : std::span(outputs.laser).first(outputs.laser_size)) {
         put(writer, run);
     }
+    end_part(OutputPart::laser);
     writer.put(static_cast<std::uint16_t>(outputs.pulses_size));
     for (const PathPulse& pulse : std::span(outputs.pulses).first(outputs.pulses_size)) {
         put(writer, pulse);
     }
+    end_part(OutputPart::pulses);
     writer.put(bits_of(outputs.digital));
     writer.put(static_cast<std::uint8_t>((outputs.gate_allowed ? 1U : 0U) | (outputs.cancel_laser ? 2U : 0U)));
     writer.put(outputs.state);
     writer.put(outputs.faults);
+    end_part(OutputPart::lines);
     return writer.ok() ? writer.size() : 0;
 }
 

@@ -40,8 +40,24 @@ struct StoredInputs {
 /// False, with `stored` unspecified, if the bytes are not exactly one image.
 [[nodiscard]] bool unpack(std::span<const std::uint8_t> bytes, StoredInputs& stored) noexcept;
 
+/// Parts of the outputs' image, in its order.
+enum class OutputPart : std::uint8_t {
+    link,        ///< bytes to the host
+    drives,      ///< frames on the drive bus
+    set_points,  ///< of the axes
+    mirrors,     ///< galvo frames
+    laser,       ///< runs of triggers
+    pulses,      ///< the same pulses in the path domain
+    lines,       ///< digital outputs, gate, state, faults
+};
+inline constexpr std::size_t kOutputParts = 7;
+/// Where in an image each part ends.
+using OutputPartEnds = std::array<std::size_t, kOutputParts>;
+
 /// Bytes written; 0 if `out` is too small (kOutputsImageCapacity never is).
 [[nodiscard]] std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out) noexcept;
+/// The same, and where the parts end.
+[[nodiscard]] std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out, OutputPartEnds& ends) noexcept;
 /// False, with `outputs` unspecified, if the bytes are not exactly one image. What is not in use is left as it was.
 [[nodiscard]] bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept;
 
