@@ -43,6 +43,19 @@ CellOptions with_directory(CellOptions options) {
     return options;
 }
 
+std::unique_ptr<replay::LogFile> open_record(const CellOptions& options) {
+    if (options.record.empty()) {
+        return nullptr;
+    }
+    replay::LogFile::Options log;
+    log.file = options.record;
+    log.limit_bytes = options.record_limit_bytes;
+    log.machine = options.machine;
+    log.boot_id = options.boot_id;
+    log.plan_units = motion::kUnitsPerTick;
+    return std::make_unique<replay::LogFile>(log);
+}
+
 }  // namespace
 
 SimCell::SimCell(const CellOptions& options)
@@ -53,6 +66,7 @@ SimCell::SimCell(const CellOptions& options)
       to_controller_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
       to_host_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
       controller_(options_.controller(options_.machine, options_.boot_id)),
+      record_(open_record(options_)),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
 
 void SimCell::push_link(std::span<const std::uint8_t> bytes) { to_controller_.push(bytes); }
@@ -89,6 +103,9 @@ void SimCell::step_controller() {
     inputs.link_rx = link_rx_;
     plant_.sample(inputs);
     controller_->tick(inputs, outputs);
+    if (record_) {
+        record_->tick(inputs, outputs);
+    }
 }
 
 void SimCell::carry_link() {
@@ -135,6 +152,9 @@ CellReport SimCell::report() const {
 
 void SimCell::close() {
     traces_.close();
+    if (record_) {
+        record_->close();
+    }
     if (!options_.out.empty()) {
         write_whole_file(options_.out / "cell.json", to_json(report()) + "\n");
     }

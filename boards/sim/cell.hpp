@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "boards/replay/log_file.hpp"
 #include "boards/sim/cell_report.hpp"
 #include "boards/sim/cell_traces.hpp"
 #include "boards/sim/controller_host.hpp"
@@ -21,8 +22,10 @@ namespace sc::sim {
 
 struct CellOptions {
     MachineConfig machine = reference_machine();
-    std::filesystem::path world;  ///< world file
-    std::filesystem::path out;    ///< directory of the traces, created; empty = write nothing
+    std::filesystem::path world;     ///< world file
+    std::filesystem::path out;       ///< directory of the traces, created; empty = write nothing
+    std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
+    std::uint64_t record_limit_bytes = 100'000'000;
     std::vector<FaultEvent> script{};
     std::uint32_t baud = 921'600;
     std::uint32_t boot_id = 1;
@@ -35,7 +38,7 @@ struct CellOptions {
 /// but its own: the same calls give the same bytes. A dark tick costs some microseconds.
 class SimCell {
 public:
-    /// Throws WorldError, std::invalid_argument (machine), std::system_error (directory).
+    /// Throws WorldError, std::invalid_argument (machine, record_limit_bytes), std::system_error (directory, record).
     explicit SimCell(const CellOptions& options);
 
     /// Bytes for the controller, at now(); they go in no faster than the wire allows.
@@ -57,7 +60,9 @@ public:
     [[nodiscard]] const World& world() const noexcept { return world_; }
 
     [[nodiscard]] CellReport report() const;
-    /// Closes the traces and writes cell.json. The cell must not tick afterwards.
+    /// The log of the inputs; nullptr if none is kept.
+    [[nodiscard]] const replay::LogFile* record() const noexcept { return record_.get(); }
+    /// Closes the traces and the log and writes cell.json. The cell must not tick afterwards.
     void close();
 
 private:
@@ -74,6 +79,7 @@ private:
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
     std::unique_ptr<ControllerHost> controller_;
+    std::unique_ptr<replay::LogFile> record_;
     std::array<std::unique_ptr<ServoOutputs>, 2> outputs_;
     std::size_t newest_ = 0;
     std::int64_t tick_ = 0;

@@ -52,6 +52,8 @@ struct Arguments {
     bool command_trace = false;
     std::string controller = "local";
     std::string m7_image;
+    std::string record;
+    double record_limit_mb = 100.0;
 };
 
 void describe(CLI::App& app, Arguments& a) {
@@ -70,6 +72,10 @@ void describe(CLI::App& app, Arguments& a) {
         ->capture_default_str();
     app.add_option("--m7-image", a.m7_image, "image for --controller m7 (default: what the preset m7 builds)")
         ->type_name("FILE");
+    app.add_option("--record", a.record, "log of the controller's inputs, for scribecell-replay (default: none)");
+    app.add_option("--record-limit", a.record_limit_mb, "MB; the log ends there, the cell goes on")
+        ->check(CLI::Range(0.1, 1e6))
+        ->capture_default_str();
     auto* mode = app.add_option_group("mode", "who drives the cell");
     mode->add_option("--lockstep-fd", a.lockstep, "inherited socket: virtual time in lock-step with the host")
         ->check(CLI::Range(0, 1'000'000));
@@ -109,6 +115,8 @@ sc::sim::CellOptions options_of(const Arguments& a) {
         options.controller = sc::mps2_an500::make_m7_controller(
             {.image = a.m7_image.empty() ? sc::mps2_an500::find_image() : std::filesystem::path(a.m7_image)});
     }
+    options.record = a.record;
+    options.record_limit_bytes = static_cast<std::uint64_t>(a.record_limit_mb * 1e6);
     return options;
 }
 
@@ -127,6 +135,17 @@ void serve_port(sc::sim::SimCell& cell, const Arguments& a) {
     sc::sim::serve_real_time(cell, *port, a.speed, &stop_asked);
 }
 
+void tell_of(const sc::replay::LogFile* record) {
+    if (record == nullptr) {
+        return;
+    }
+    if (!record->error().empty()) {
+        spdlog::error("recording ended early, the cell went on: {}", record->error());
+    } else if (record->full()) {
+        spdlog::warn("recording ended at its limit, after {} ticks; --record-limit raises it", record->ticks());
+    }
+}
+
 int run(const Arguments& a) {
     sc::sim::SimCell cell(options_of(a));
     if (a.lockstep >= 0) {
@@ -136,6 +155,7 @@ int run(const Arguments& a) {
         serve_port(cell, a);
     }
     cell.close();
+    tell_of(cell.record());
     spdlog::info("cell ends in state {} after {:.3f} s, {} pulses", sc::name_of(cell.state()),
                  static_cast<double>(cell.now_ns()) * 1e-9, cell.plant().pulses());
     return 0;

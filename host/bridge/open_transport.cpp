@@ -68,6 +68,10 @@ std::vector<std::string> cell_arguments(const LinkOptions& options) {
     if (options.script) {
         add("--script", options.script->string());
     }
+    if (options.record) {
+        add("--record", options.record->string());
+        add("--record-limit", std::to_string(options.record_limit_mb));
+    }
     if (options.baud) {
         add("--baud", std::to_string(*options.baud));
     }

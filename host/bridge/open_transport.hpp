@@ -21,6 +21,8 @@ struct LinkOptions {
     std::optional<unsigned> baud;                   ///< rate of the simulated carrier
     std::string board = "sim";                      ///< where the cell's controller runs: sim (on this PC) or m7
     std::optional<std::filesystem::path> m7_image;  ///< image of the board m7; the project's own without one
+    std::optional<std::filesystem::path> record;    ///< log of the controller's inputs, for `scribecell replay`
+    double record_limit_mb = 100.0;                 ///< where the log ends; the cell goes on
 };
 
 /// Opens the cell named by `url`:

@@ -35,6 +35,8 @@ struct CellOptions {
     std::string world;
     std::string out;
     std::string script;
+    std::string record;
+    double record_limit_mb = 100.0;
     double speed = 1.0;
 };
 
@@ -60,6 +62,13 @@ std::vector<std::string> words_of(const CellOptions& options) {
     add("--world", options.world);
     add("--out", options.out);
     add("--script", options.script);
+    const bool by_folder = options.record.empty() && !options.out.empty();
+    const std::string record =
+        by_folder ? (std::filesystem::path(options.out) / "inputs.rec").string() : options.record;
+    add("--record", record);
+    if (!record.empty()) {
+        add("--record-limit", std::to_string(options.record_limit_mb));
+    }
     add("--speed", std::to_string(options.speed));
     return words;
 }
@@ -100,6 +109,12 @@ void add_cell(CLI::App& app, int& exit_code) {
     sub->add_option("--world", options->world, "world file (default: the reference cell)")->type_name("FILE");
     sub->add_option("--out", options->out, "folder for its traces")->type_name("DIR");
     sub->add_option("--script", options->script, "faults to provoke")->type_name("FILE");
+    sub->add_option("--record", options->record,
+                    "log of the controller's inputs, for replay (default: inputs.rec in the folder of --out)")
+        ->type_name("FILE");
+    sub->add_option("--record-limit", options->record_limit_mb, "MB; the log ends there, the cell goes on")
+        ->check(CLI::Range(0.1, 1e6))
+        ->capture_default_str();
     sub->add_option("--speed", options->speed, "seconds of its time a second")->capture_default_str();
     sub->callback([options, &exit_code] { exit_code = guarded(false, [&options] { return run(*options); }); });
 }

@@ -38,6 +38,7 @@ struct JogOptions {
     double speed_mm_s = 5.0;
     double speed_deg_s = 5.0;
     std::string link = "sim:";
+    LinkOptions link_options;
     bool home = false;
     bool reset_fault = false;
 };
@@ -110,7 +111,7 @@ int run(const JogOptions& options) {
     const Step step = step_of(options);
     const bool simulated = is_simulated(options.link);
     install_stop_signals();
-    const auto transport = open_transport(options.link, {});
+    const auto transport = open_transport(options.link, options.link_options);
     CellClient client(*transport, {.session = 2});
     client.set_stop_check(stop_requested);
     client.connect();
@@ -152,6 +153,10 @@ void add_jog(CLI::App& app, int& exit_code) {
     sub->add_option("--speed-mm-s", options->speed_mm_s, "up to 50")->capture_default_str();
     sub->add_option("--speed-deg-s", options->speed_deg_s, "of C; up to 20")->capture_default_str();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    sub->add_option_function<std::string>(
+           "--record", [&file = options->link_options.record](const std::string& word) { file = word; },
+           "log of the controller's inputs, for replay; simulated cell")
+        ->type_name("FILE");
     sub->add_flag("--home", options->home, "home all axes first, if they are not");
     sub->add_flag("--reset-fault", options->reset_fault, "acknowledge a latched fault first");
     sub->callback([options, &exit_code] { exit_code = guarded(false, [&options] { return run(*options); }); });

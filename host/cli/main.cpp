@@ -12,6 +12,7 @@ namespace {
 constexpr const char* kExamples = R"(Examples:
   scribecell scribe                     the main job, on the simulated cell
   scribecell scribe --dry-run           what it would burn
+  scribecell replay inputs.rec          the controller again, with recorded inputs
   scribecell monitor --once             state of a cell
   scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell doctor                     what is installed, connected, missing
@@ -28,6 +29,7 @@ int main(int argc, char** argv) {
         int exit_code = sc::host::cli::kDone;
         sc::host::cli::add_scribe(app, exit_code);
         sc::host::cli::add_cell(app, exit_code);
+        sc::host::cli::add_replay(app, exit_code);
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
         sc::host::cli::add_check(app, exit_code);

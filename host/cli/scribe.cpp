@@ -19,7 +19,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell scribe --table my_table.csv
       other points: the table gives measured and true places of ALL faces, in h
   scribecell scribe --face 90 --face 180 --json --out run1
-      two faces; one JSON object on stdout; traces, journal and reports in run1
+      two faces; one JSON object on stdout; traces, journal and reports in run1.
+      scribecell replay run1/inputs.rec runs the controller again with what it was given
   scribecell scribe --world bent.toml --script faults.txt
       the simulated cell with errors of its own, and faults to provoke
   scribecell scribe --board m7
@@ -75,6 +76,12 @@ void describe_cell(CLI::App& app, Words& words) {
     optional_option(app, "--out", link.out, "folder for traces, journal and reports (default: none are kept)")
         ->type_name("DIR");
     optional_option(app, "--script", link.script, "faults to provoke in the simulated cell")->type_name("FILE");
+    optional_option(app, "--record", link.record,
+                    "log of the controller's inputs, for replay (default: inputs.rec in the folder of --out)")
+        ->type_name("FILE");
+    app.add_option("--record-limit", link.record_limit_mb, "MB; the log ends there, the cell goes on")
+        ->check(CLI::Range(0.1, 1e6))
+        ->capture_default_str();
     app.add_option("--jitter-us", words.jitter_us, "arrival jitter of what the host sends, simulated cell")
         ->type_name("N")
         ->check(CLI::Range(std::uint64_t{0}, std::uint64_t{10'000'000}));

@@ -71,11 +71,12 @@ void check_link_options(const ScribeOptions& options) {
         return;
     }
     const bool given = options.link_options.world || options.link_options.script || options.link_options.m7_image ||
-                       options.link_options.board != "sim" || options.link_options.jitter > Nanoseconds::zero();
+                       options.link_options.board != "sim" || options.link_options.jitter > Nanoseconds::zero() ||
+                       options.link_options.record;
     if (given) {
         throw InputError(
             {.file = {},
-             .problem = "--world, --script, --jitter-us, --board and --m7-image belong to the simulated cell",
+             .problem = "--world, --script, --jitter-us, --record, --board and --m7-image belong to the simulated cell",
              .value = options.link,
              .action = "give them to `scribecell cell`, or use --link sim:"});
     }
@@ -99,6 +100,7 @@ ScribeInput read_input(const ScribeOptions& options) {
     check_readable(options.link_options.script, "the fault script");
     check_readable(options.link_options.m7_image, "the image for the Cortex-M7");
     check_folder_of(options.svg, "the picture");
+    check_folder_of(options.link_options.record, "the log of the inputs");
     check_folder_of(options.journal, "the journal");
     ScribeInput input;
     input.job = read_job(options.job.empty() ? example_job() : options.job);

@@ -81,6 +81,9 @@ private:
     void burn() {
         LinkOptions link = options_.link_options;
         link.out = folder_ && is_simulated(options_.link) ? std::optional(folder_->path()) : std::nullopt;
+        if (link.out && folder_->named() && !link.record) {
+            link.record = *link.out / "inputs.rec";
+        }
         const std::unique_ptr<Transport> transport = open_transport(options_.link, link);
         CellClient client(*transport, {.session = draw_session(options_)});
         client.set_stop_check(stop_requested);

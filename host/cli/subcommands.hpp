@@ -10,6 +10,7 @@ namespace sc::host::cli {
 
 void add_scribe(CLI::App& app, int& exit_code);
 void add_cell(CLI::App& app, int& exit_code);
+void add_replay(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
