@@ -21,7 +21,7 @@ inline constexpr std::size_t kSharedRamFileBytes = std::size_t{16} << 20U;
 /// The PC's "SCPC" and the core's "SCM7". Without the first the core runs free, with its link on UART0.
 inline constexpr std::uint32_t kPcMagic = 0x4350'4353;
 inline constexpr std::uint32_t kCoreMagic = 0x374D'4353;
-inline constexpr std::uint32_t kLayoutVersion = 1;
+inline constexpr std::uint32_t kLayoutVersion = 2;
 
 /// How far the core is. `halted` is final: the fault record says why.
 enum class CoreState : std::uint32_t { starting = 0, ready = 1, halted = 2 };
@@ -31,6 +31,7 @@ enum class Request : std::uint32_t {
     measure_stack = 2,  ///< fill in stack_used
     count_loops = 3,    ///< fill in loop_instructions: the counter tried on loops of known length
     provoke_fault = 4,  ///< execute an undefined instruction, so that a test sees the fault record
+    exhaust_stack = 5,  ///< call itself without end, for the same
 };
 enum class Answer : std::uint32_t { none = 0, done = 1, bad_inputs = 2, bad_outputs = 3, bad_request = 4 };
 
@@ -76,10 +77,12 @@ struct SharedRam {
     std::uint64_t schema_hash = 0;  ///< of the link
     std::uint64_t build_id = 0;     ///< of the sources
     std::uint32_t controller_bytes = 0;
-    std::uint32_t core_state = 0;  ///< CoreState, atomic
-    std::uint32_t stack_size = 0;  ///< bytes
-    std::uint32_t stack_used = 0;  ///< bytes ever touched, as of the last measure_stack
+    std::uint32_t core_state = 0;           ///< CoreState, atomic
+    std::uint32_t stack_size = 0;           ///< bytes
+    std::uint32_t stack_used_at_start = 0;  ///< bytes touched until `ready`
+    std::uint32_t stack_used = 0;           ///< bytes touched since, as of the last measure_stack
     FaultRecord fault;
+    std::uint32_t unused = 0;
 
     // Lock-step.
     std::uint32_t request = 0;  ///< atomic; the PC adds one
@@ -99,7 +102,7 @@ struct SharedRam {
 static_assert(sizeof(SharedRam::config) >= link::kConfigSize);
 static_assert(std::is_trivially_copyable_v<SharedRam> && std::is_standard_layout_v<SharedRam>);
 static_assert(offsetof(SharedRam, core_magic) == 864 && offsetof(SharedRam, schema_hash) == 872 &&
-              offsetof(SharedRam, request) == 944 && offsetof(SharedRam, inputs) == 944 + 36 + 4 * kLoops);
+              offsetof(SharedRam, request) == 952 && offsetof(SharedRam, inputs) == 952 + 36 + 4 * kLoops);
 static_assert(sizeof(SharedRam) <= kSharedRamFileBytes);
 
 }  // namespace sc::mps2_an500

@@ -24,8 +24,9 @@ struct InstructionFigures {
 /// What a board tells of itself at the end of a run.
 struct BoardFigures {
     InstructionFigures all;
-    InstructionFigures marking;    ///< over the ticks whose outputs are of the state `marking`
-    std::uint64_t stack_used = 0;  ///< bytes, at most so far
+    InstructionFigures marking;             ///< over the ticks whose outputs are of the state `marking`
+    std::uint64_t stack_used_at_start = 0;  ///< bytes, until the first tick
+    std::uint64_t stack_used = 0;           ///< bytes, at most in any tick so far
     std::uint64_t stack_size = 0;
     std::uint64_t controller_bytes = 0;
 };

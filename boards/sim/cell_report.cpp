@@ -58,6 +58,7 @@ Json figures_json(const std::optional<BoardFigures>& figures) {
     }
     return {{"instructions", instructions_json(figures->all)},
             {"instructions_marking", instructions_json(figures->marking)},
+            {"stack_used_at_start_bytes", figures->stack_used_at_start},
             {"stack_used_bytes", figures->stack_used},
             {"stack_size_bytes", figures->stack_size},
             {"controller_bytes", figures->controller_bytes}};

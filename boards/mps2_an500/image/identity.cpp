@@ -8,11 +8,18 @@
 
 namespace sc::mps2_an500 {
 
+namespace {
+
+/// Volatile, so that the number stands in the image in one piece.
+const volatile std::uint64_t build_id = kBuildId;
+
+}  // namespace
+
 void write_identity(SharedRam& ram) noexcept {
     ram.core_magic = kCoreMagic;
     ram.core_layout_version = kLayoutVersion;
     ram.schema_hash = link::kSchemaHash;
-    ram.build_id = kBuildId;
+    ram.build_id = build_id;
     ram.controller_bytes = sizeof(Controller);
     ram.stack_size = stack_size();
 }

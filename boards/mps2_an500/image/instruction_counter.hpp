@@ -15,4 +15,7 @@ void start_instruction_counter() noexcept;
 /// Instructions that `work()` executes, its own return not counted.
 [[nodiscard]] std::uint32_t count_instructions(void (*work)()) noexcept;
 
+/// Sleeps for 50 µs of SysTick, which QEMU takes as of the PC's clock. No interrupt handler runs.
+void nap() noexcept;
+
 }  // namespace sc::mps2_an500

@@ -52,11 +52,23 @@ void count_loops(SharedRam& ram) noexcept {
     }
 }
 
+constexpr std::uint32_t kDeeperThanAnyStack = 0x1000'0000;
+
+/// Needs a frame a call: the depth is read again after it.
+[[gnu::noipa]] std::uint32_t exhaust_stack(std::uint32_t depth) noexcept {
+    const volatile std::uint32_t kept = depth;
+    return depth == kDeeperThanAnyStack ? 0 : exhaust_stack(depth + 1) + kept;
+}
+
+/// A core of QEMU that waits in a loop takes a whole core of the PC, which may be what the PC's side is waiting for.
+constexpr std::uint32_t kPollsBeforeNap = 4000;
+
 Answer serve(SharedRam& ram) noexcept {
     switch (static_cast<Request>(ram.command)) {
         case Request::tick: return tick(ram);
         case Request::measure_stack: ram.stack_used = stack_used(); return Answer::done;
         case Request::count_loops: count_loops(ram); return Answer::done;
+        case Request::exhaust_stack: ram.stack_used = exhaust_stack(0); return Answer::done;
         case Request::provoke_fault: asm volatile("udf #0"); return Answer::done;
     }
     return Answer::bad_request;
@@ -70,11 +82,15 @@ void serve_lock_step(Controller& controller, ServoOutputs& outputs) noexcept {
     SharedRam& ram = shared_ram();
     const std::atomic_ref request(ram.request);
     const std::atomic_ref done(ram.done);
+    ram.stack_used_at_start = stack_used();
+    repaint_stack();
     start_instruction_counter();
     set_core_state(CoreState::ready);
     for (std::uint32_t served_requests = done.load(std::memory_order_relaxed);;) {
-        if (request.load(std::memory_order_acquire) == served_requests) {
-            continue;
+        for (std::uint32_t polls = 0; request.load(std::memory_order_acquire) == served_requests; ++polls) {
+            if (polls >= kPollsBeforeNap) {
+                nap();
+            }
         }
         ram.answer = static_cast<std::uint32_t>(serve(ram));
         done.store(++served_requests, std::memory_order_release);

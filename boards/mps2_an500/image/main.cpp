@@ -36,7 +36,6 @@ MachineConfig machine_of(const SharedRam& ram) noexcept {
 
 /// After the start-up code; a pedantic compiler lets nobody call `main`.
 extern "C" [[noreturn]] void board_main() {
-    asm volatile("cpsid i" ::: "memory");
     SharedRam& ram = shared_ram();
     write_identity(ram);
     if (ram.pc_magic != kPcMagic) {

@@ -14,6 +14,14 @@ std::uint32_t stack_size() noexcept {
                                       reinterpret_cast<std::uintptr_t>(stack_bottom));
 }
 
+void repaint_stack() noexcept {
+    std::uint32_t here = 0;
+    asm volatile("mov %0, sp" : "=r"(here));
+    for (volatile std::uint32_t* word = stack_bottom; reinterpret_cast<std::uintptr_t>(word) < here; ++word) {
+        *word = kStackPaint;
+    }
+}
+
 std::uint32_t stack_used() noexcept {
     const volatile std::uint32_t* word = stack_bottom;
     while (word != stack_top && *word == kStackPaint) {

@@ -46,6 +46,10 @@ void fault_handler();
     std::copy(data_image, data_image + (data_end - data_begin), data_begin);
     std::fill(bss_begin, bss_end, 0U);
     system_handlers() = system_handlers() | kMemoryBusUsageFaults;
+    protection_base() = kBelowDataRam;
+    protection_attributes() = kNoAccess256Mb;
+    protection_control() = kProtectionOverDefaultMap;
+    asm volatile("dsb\nisb" ::: "memory");
     configuration_control() = configuration_control() | kTrapDivisionByZero;
     for (const Constructor* constructor = init_array_begin; constructor != init_array_end; ++constructor) {
         (*constructor)();

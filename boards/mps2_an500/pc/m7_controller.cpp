@@ -131,6 +131,7 @@ M7Controller::M7Controller(const M7Options& options, const MachineConfig& machin
       qemu_(options.qemu, qemu_arguments(options.image, shared_->path())) {
     wait_until_ready();
     check_identity();
+    figures_.stack_used_at_start = shared_->ram().stack_used_at_start;
     figures_.stack_size = shared_->ram().stack_size;
     figures_.controller_bytes = shared_->ram().controller_bytes;
 }
@@ -202,6 +203,8 @@ void M7Controller::tick(const ServoInputs& inputs, ServoOutputs& outputs) {
         add(figures_.marking, last_cost(), inputs.tick);
     }
 }
+
+std::uint64_t M7Controller::build_id() noexcept { return kBuildId; }
 
 TickCost M7Controller::last_cost() const noexcept {
     return {shared_->ram().servo_instructions, shared_->ram().plan_instructions};

@@ -46,6 +46,10 @@ public:
     [[nodiscard]] std::vector<std::uint32_t> count_loops();
     /// Makes the core execute an undefined instruction. Throws what tick() throws for a halted core.
     void provoke_fault() { ask(Request::provoke_fault); }
+    /// Makes the core use up its stack. Throws likewise.
+    void exhaust_stack() { ask(Request::exhaust_stack); }
+    /// Of the sources of this program; the image must have the same.
+    [[nodiscard]] static std::uint64_t build_id() noexcept;
     [[nodiscard]] pid_t process() const noexcept { return qemu_.id(); }
 
 private:
