@@ -98,7 +98,7 @@ int print(const ScribeOutcome& outcome, bool json) {
     } else if (outcome.dry_run) {
         std::fputs(plan_text(outcome).c_str(), stdout);
     } else if (outcome.report) {
-        std::fputs(report_text(*outcome.report).c_str(), stdout);
+        std::fputs((report_text(*outcome.report) + board_text(outcome)).c_str(), stdout);
     } else if (!outcome.failure) {
         std::printf("%s is done in %.1f s; this link brings no traces back, so its accuracy is not known\n",
                     outcome.job_name.c_str(), outcome.cell_seconds);

@@ -56,6 +56,14 @@ Json progress_json(const ScribeOutcome& outcome) {
             {"pulses", p.pulses}};
 }
 
+/// Where the controller ran, and what a board other than this PC measured.
+void add_board(Json& json, const ScribeOutcome& outcome) {
+    if (outcome.cell) {
+        json["board"] = outcome.cell->value("board", std::string());
+        json["board_figures"] = outcome.cell->value("figures", Json());
+    }
+}
+
 Json run_json(const ScribeOutcome& outcome) {
     Json json{{"state", outcome.state},
               {"job", outcome.job_name},
@@ -105,7 +113,28 @@ Json outcome_json(const ScribeOutcome& outcome) {
         json.update(run_json(outcome));
         return json;
     }
-    return outcome.report ? report_json(*outcome.report) : run_json(outcome);
+    Json json = outcome.report ? report_json(*outcome.report) : run_json(outcome);
+    add_board(json, outcome);
+    return json;
+}
+
+std::string board_text(const ScribeOutcome& outcome) {
+    const Json figures = outcome.cell ? outcome.cell->value("figures", Json()) : Json();
+    if (!figures.is_object()) {
+        return {};
+    }
+    const auto line = [](const char* what, const Json& f) {
+        return fmt::format("  {:<18} {:>10} {:>10} {:>10}\n", what, f.at("servo_max").at("count").get<std::uint64_t>(),
+                           f.at("plan_max").at("count").get<std::uint64_t>(),
+                           f.at("tick_max").at("count").get<std::uint64_t>());
+    };
+    return fmt::format("\nController on {}\n  most instructions  {:>10} {:>10} {:>10}\n",
+                       outcome.cell->value("board", std::string()), "servo", "plan", "tick") +
+           line("all ticks", figures.at("instructions")) + line("marking ticks", figures.at("instructions_marking")) +
+           fmt::format("  stack used: {} of {} bytes; controller: {} bytes\n",
+                       figures.at("stack_used_bytes").get<std::uint64_t>(),
+                       figures.at("stack_size_bytes").get<std::uint64_t>(),
+                       figures.at("controller_bytes").get<std::uint64_t>());
 }
 
 std::string how_far_text(const ScribeOutcome& outcome) {

@@ -14,6 +14,8 @@ namespace sc::host::cli {
 /// The outcome as one object: the accuracy report; of a plan {"dry_run","job","items","paths":[…],…}; of a job that
 /// failed {"error":{…},"state","progress":{…},…}.
 [[nodiscard]] nlohmann::ordered_json outcome_json(const ScribeOutcome& outcome);
+/// What the board of the controller measured (instructions, stack), for a person; empty when it ran on this PC.
+[[nodiscard]] std::string board_text(const ScribeOutcome& outcome);
 /// How far a job that ended early has come, for a person; ends with a line break.
 [[nodiscard]] std::string how_far_text(const ScribeOutcome& outcome);
 
