@@ -15,6 +15,7 @@ CellRig::CellRig(const Options& options) : options_(options) {
     cell.world = std::string(SC_SOURCE_DIR) + "/boards/sim/world/default/world.toml";
     cell.script = sim::parse_fault_script(options.script, "script");
     cell.baud = options.baud;
+    cell.controller = options.controller;
     cell.on_pulse = [this](const trace::PulseRecord& pulse) { pulses_.push_back(pulse); };
     cell_ = std::make_unique<sim::SimCell>(cell);
 }

@@ -28,6 +28,7 @@ public:
         std::size_t items_per_block = 255;
         bool with_default_errors = true;
         std::uint32_t baud = 921'600;
+        sim::MakeController controller = sim::make_local_controller;
     };
     CellRig() : CellRig(Options{}) {}
     explicit CellRig(const Options& options);
