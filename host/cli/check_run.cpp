@@ -74,6 +74,10 @@ MotionLimits limits_of(const CheckOptions& options, const MotionTrace& trace) {
     limits.period = trace.period;
     limits.allow = options.allow;
     limits.path_speed = options.path_speed;
+    limits.may_return = options.may_return;
+    if (options.vertex_tolerance_mm) {
+        limits.cover = *options.vertex_tolerance_mm / options.tolerance_mm;
+    }
     for (std::size_t i = 0; i < 3 && options.limits; ++i) {
         take_limits("--limits", *options.limits, limits.axis[i]);
     }
@@ -157,6 +161,14 @@ MotionReport judge_cell(const CheckOptions& options, const MotionTrace& trace, c
     return report;
 }
 
+void check_tolerance(const char* option, double mm) {
+    if (!(mm > 0.0 && mm <= 1e3)) {
+        throw InputError({.problem = std::string(option) + " is out of range",
+                          .value = about(mm),
+                          .action = "give millimetres above 0, up to 1000"});
+    }
+}
+
 template <class Value>
 CLI::Option* optional_option(CLI::App& app, const char* name, std::optional<Value>& value, const char* text) {
     return app.add_option_function<std::string>(name, [&value](const std::string& word) { value = Value(word); }, text);
@@ -181,6 +193,11 @@ void describe_check(CLI::App& app, CheckOptions& o) {
     app.add_option("--tolerance", o.tolerance_mm, "how far a sample may be off the polyline, mm")
         ->type_name("MM")
         ->capture_default_str();
+    app.add_option_function<double>(
+           "--vertex-tolerance", [&o](double value) { o.vertex_tolerance_mm = value; },
+           "how far off a vertex of the polyline may be passed, mm (default: 1.414 times the tolerance)")
+        ->type_name("MM");
+    app.add_flag("--may-return", o.may_return, "the motion may go back along the polyline, as after a hold");
     optional_option(app, "--travel", o.travel, "of X, Y, Z, m")->type_name("x0,x1,y0,y1,z0,z1");
     app.add_option("--keep-out", o.keep_out, "a volume not to be entered, m; may be given again")
         ->type_name("x0,y0,z0,x1,y1,z1");
@@ -197,11 +214,8 @@ CheckOutcome run_check(const CheckOptions& options) {
                           .value = about(options.allow),
                           .action = "give a factor from 1 to 10, such as 1.005"});
     }
-    if (!(options.tolerance_mm > 0.0 && options.tolerance_mm <= 1e3)) {
-        throw InputError({.problem = "--tolerance is out of range",
-                          .value = about(options.tolerance_mm),
-                          .action = "give millimetres above 0, up to 1000"});
-    }
+    check_tolerance("--tolerance", options.tolerance_mm);
+    check_tolerance("--vertex-tolerance", options.vertex_tolerance_mm.value_or(1.0));
     CheckOutcome outcome{.trace = read_motion_trace(options.trace), .limits = {}, .report = {}};
     outcome.limits = limits_of(options, outcome.trace);
     if (options.ticks) {

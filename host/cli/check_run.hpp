@@ -21,6 +21,8 @@ struct CheckOptions {
     std::filesystem::path trace;
     std::optional<std::filesystem::path> path;  ///< polyline that the motion was to follow
     double tolerance_mm = 0.01;
+    std::optional<double> vertex_tolerance_mm;  ///< default: √2 · tolerance
+    bool may_return = false;
     std::optional<std::string> limits;    ///< "v,a,j" of X, Y, Z: m/s, m/s², m/s³
     std::optional<std::string> c_limits;  ///< "v,a,j" of C: degrees
     std::optional<double> path_speed;     ///< m/s

@@ -268,7 +268,7 @@ private:
     void judge_deviation(std::span<const Vec3> path, double tolerance) {
         report_.tolerance = tolerance;
         report_.cover_tolerance = tolerance * limits_.cover;
-        report_.deviation = path_deviation(samples_, path, {tolerance, report_.cover_tolerance});
+        report_.deviation = path_deviation(samples_, path, {tolerance, report_.cover_tolerance, limits_.may_return});
         const PathDeviation& d = *report_.deviation;
         if (d.followed) {
             return;

@@ -44,6 +44,7 @@ struct MotionLimits {
     std::int64_t first_tick = 0;       ///< of the first sample
     /// A vertex may be passed by this many tolerances (PathTolerance).
     double cover = 1.4142135623730951;
+    bool may_return = false;  ///< along the path (PathTolerance)
 };
 
 /// The worst of one quantity.

@@ -37,11 +37,17 @@ struct Curve {
     std::function<double(std::size_t)> value;
 };
 
+struct LimitLine {
+    std::string name;
+    std::string_view css_class;
+    double value = 0.0;
+    bool is_signed = true;  ///< drawn on both sides of zero
+};
+
 struct Panel {
     std::string title;
     std::vector<Curve> curves;
-    double limit = 0.0;       ///< 0: none
-    double path_limit = 0.0;  ///< of the norm, if it is another; 0: none
+    std::vector<LimitLine> limits;
     bool is_signed = true;
     std::vector<Breach> marks;  ///< which broken places belong here
     bool is_c = false;
@@ -112,7 +118,10 @@ Range range_of(const Panel& panel, std::size_t samples) {
             largest = value > largest ? value : largest;
         }
     }
-    const double limit = std::max(panel.limit, panel.path_limit);
+    double limit = 0.0;
+    for (const LimitLine& line : panel.limits) {
+        limit = std::max(limit, line.value);
+    }
     if (limit > 0.0) {
         largest = std::clamp(largest, limit, kMostLimits * limit);
     }
@@ -180,12 +189,10 @@ void draw_grid(Svg& svg, const Frame& frame, double seconds_before, double perio
     }
 }
 
-void draw_limit(Svg& svg, const Frame& frame, double limit, bool is_signed, std::string_view css_class) {
-    if (limit > 0.0) {
-        svg.line(kLeft, frame.y(limit), kWidth - kRight, frame.y(limit), css_class);
-        if (is_signed) {
-            svg.line(kLeft, frame.y(-limit), kWidth - kRight, frame.y(-limit), css_class);
-        }
+void draw_limit(Svg& svg, const Frame& frame, const LimitLine& limit) {
+    svg.line(kLeft, frame.y(limit.value), kWidth - kRight, frame.y(limit.value), limit.css_class);
+    if (limit.is_signed) {
+        svg.line(kLeft, frame.y(-limit.value), kWidth - kRight, frame.y(-limit.value), limit.css_class);
     }
 }
 
@@ -197,11 +204,8 @@ void draw_legend(Svg& svg, const Panel& panel, double top) {
         svg.line(x - 24.0, top + 12.0, x - 5.0, top + 12.0, css_class);
         x -= 40.0;
     };
-    if (panel.path_limit > 0.0) {
-        entry("limit of path", "pathlimit");
-    }
-    if (panel.limit > 0.0) {
-        entry("limit", "limit");
+    for (auto limit = panel.limits.rbegin(); limit != panel.limits.rend(); ++limit) {
+        entry(limit->name, limit->css_class);
     }
     for (auto curve = panel.curves.rbegin(); curve != panel.curves.rend(); ++curve) {
         entry(curve->name, curve->css_class);
@@ -229,9 +233,16 @@ void draw_marks(Svg& svg, const Panel& panel, const Frame& frame, const MotionRe
     }
 }
 
-double common_limit(const MotionLimits& limits, double AxisLimits::* quantity) {
+/// One line for the three axes if their limits are the same, else one each in the axis' own colour.
+std::vector<LimitLine> axis_limits(const MotionLimits& limits, double AxisLimits::* quantity) {
     const double x = limits.axis[0].*quantity;
-    return x == limits.axis[1].*quantity && x == limits.axis[2].*quantity ? x : 0.0;
+    const double y = limits.axis[1].*quantity;
+    const double z = limits.axis[2].*quantity;
+    if (x == y && x == z) {
+        return {{"limit", "limit", x, true}};
+    }
+    return {
+        {"limit of x", "limit lx", x, true}, {"limit of y", "limit ly", y, true}, {"limit of z", "limit lz", z, true}};
 }
 
 std::vector<Panel> panels_of(const MotionTrace& trace, const MotionLimits& limits, const MotionReport& report,
@@ -253,7 +264,7 @@ std::vector<Panel> panels_of(const MotionTrace& trace, const MotionLimits& limit
         const Quantity& q = kQuantities[k];
         Panel panel{.title = fmt::format("{}, m/{}", q.name, q.unit),
                     .curves = {},
-                    .limit = common_limit(limits, q.limit),
+                    .limits = axis_limits(limits, q.limit),
                     .marks = {q.breach}};
         panel.curves.push_back(
             {"path (norm)", "cp", [&derivatives, k](std::size_t n) { return derivatives.norm_of(n, k); }});
@@ -262,7 +273,9 @@ std::vector<Panel> panels_of(const MotionTrace& trace, const MotionLimits& limit
                 {kNames[i], kClasses[i], [&derivatives, i, k](std::size_t n) { return derivatives.of(n, i, k); }});
         }
         if (k == 0) {
-            panel.path_limit = limits.path_speed.value_or(0.0);
+            if (limits.path_speed) {
+                panel.limits.push_back({"limit of path", "pathlimit", *limits.path_speed, false});
+            }
             panel.marks.insert(panel.marks.end(),
                                {Breach::not_at_rest, Breach::travel, Breach::keep_out, Breach::turn_not_retracted,
                                 Breach::galvo_field, Breach::gate_outside_marking});
@@ -277,7 +290,7 @@ std::vector<Panel> panels_of(const MotionTrace& trace, const MotionLimits& limit
         const Quantity& q = kQuantities[k];
         Panel panel{.title = fmt::format("{} of C, degrees/{}", q.name, q.unit),
                     .curves = {},
-                    .limit = limits.axis[3].*q.limit,
+                    .limits = {{"limit", "limit", limits.axis[3].*q.limit, true}},
                     .marks = {q.breach},
                     .is_c = true};
         panel.curves.push_back(
@@ -291,7 +304,7 @@ std::vector<Panel> panels_of(const MotionTrace& trace, const MotionLimits& limit
         const std::vector<float>& of_sample = report.deviation->of_sample;
         Panel panel{.title = "deviation from the path, µm",
                     .curves = {},
-                    .limit = report.tolerance * 1e6,
+                    .limits = {{"limit", "limit", report.tolerance * 1e6, false}},
                     .is_signed = false,
                     .marks = {Breach::deviation, Breach::path_end, Breach::vertex_skipped, Breach::path_lost}};
         panel.curves.push_back(
@@ -326,8 +339,9 @@ std::string motion_svg(std::string_view title, const MotionTrace& trace, const M
         for (const Curve& curve : panel.curves) {
             svg.path(curve_path(curve, frame), curve.css_class);
         }
-        draw_limit(svg, frame, panel.limit, panel.is_signed, "limit");
-        draw_limit(svg, frame, panel.path_limit, false, "pathlimit");
+        for (const LimitLine& limit : panel.limits) {
+            draw_limit(svg, frame, limit);
+        }
         draw_marks(svg, panel, frame, report, trace.first_tick);
         draw_legend(svg, panel, top);
         top += pitch;

@@ -154,12 +154,23 @@ private:
 /// For each sample the places at which it can be when all before it are matched.
 class Matching {
 public:
-    Matching(const Polyline& path, const Track& track, double radius, double cover)
-        : path_(&path), track_(&track), radius_(radius), cover_(cover) {
+    /// `radius` and `cover` in pm.
+    Matching(const Polyline& path, const Track& track, double radius, double cover, bool may_return)
+        : path_(&path), track_(&track), radius_(radius), cover_(cover), may_return_(may_return) {
         rows_.push_back({0, 0, 1});
         cells_.push_back({0.0, 0.0});
         while (rows_.size() < track.size() && rows_.back().count > 0) {
-            advance();
+            if (may_return_) {
+                advance_both_ways();
+            } else {
+                advance();
+            }
+            if (cells_.size() > kMostCells) {
+                throw InputError(
+                    {.problem = "the path is too dense for its tolerance, matching takes too much memory at its point",
+                     .value = std::to_string(rows_.back().segment),
+                     .action = "thin the path out, or give a smaller tolerance"});
+            }
         }
     }
     [[nodiscard]] bool complete() const noexcept {
@@ -208,20 +219,29 @@ public:
         const Row& row = rows_[i];
         const Chord chord = track_->chord(i);
         Step best{next, std::numeric_limits<double>::infinity()};
-        for (std::size_t segment = next.segment;; --segment) {
-            if (segment < row.segment + row.count) {
-                Cell cell = cells_[row.first + segment - row.segment];
-                cell.to = segment == next.segment ? std::min(cell.to, next.part) : cell.to;
-                if (!cell.empty()) {
-                    const Place at{segment, std::clamp(path_->foot(track_->place(i), segment), cell.from, cell.to)};
-                    const double distance = path_->distance(track_->place(i), at);
-                    best = distance < best.distance ? Step{at, distance} : best;
-                }
+        const auto consider = [&](std::size_t segment) {
+            if (segment < row.segment || segment >= row.segment + row.count) {
+                return;
             }
-            if (segment == row.segment || !passes(segment, chord)) {
-                return best;
+            Cell cell = cells_[row.first + segment - row.segment];
+            if (segment == next.segment && !may_return_) {
+                cell.to = std::min(cell.to, next.part);
             }
+            if (!cell.empty()) {
+                const Place at{segment, std::clamp(path_->foot(track_->place(i), segment), cell.from, cell.to)};
+                const double distance = path_->distance(track_->place(i), at);
+                best = distance < best.distance ? Step{at, distance} : best;
+            }
+        };
+        consider(next.segment);
+        for (std::size_t segment = next.segment; segment > row.segment && passes(segment, chord); --segment) {
+            consider(segment - 1);
         }
+        for (std::size_t segment = next.segment + 1;
+             may_return_ && segment < row.segment + row.count && passes(segment, chord); ++segment) {
+            consider(segment);
+        }
+        return best;
     }
 
 private:
@@ -264,18 +284,51 @@ private:
         cells_.resize(row.first + used);
         row.count = used;
         rows_.push_back(row);
-        if (cells_.size() > kMostCells) {
-            throw InputError(
-                {.problem = "the path is too dense for its tolerance, matching takes too much memory at point",
-                 .value = std::to_string(row.segment),
-                 .action = "thin the path out, or give a smaller tolerance"});
+    }
+
+    void advance_both_ways() {
+        const Row old = rows_.back();
+        const Chord chord = track_->chord(rows_.size() - 1);
+        // First and last cell of a row are never empty; from there on as far as the vertices let it.
+        std::size_t low = old.segment;
+        while (low > 0 && passes(low, chord)) {
+            --low;
         }
+        std::size_t high = old.segment + old.count - 1;
+        while (high + 1 < path_->segments() && passes(high + 1, chord)) {
+            ++high;
+        }
+        std::vector<bool> reached(high - low + 1, true);
+        for (std::size_t k = 0; k < old.count; ++k) {
+            const std::size_t segment = old.segment + k;
+            reached[segment - low] = !cells_[old.first + k].empty() ||
+                                     (segment > low && reached[segment - low - 1] && passes(segment, chord));
+        }
+        for (std::size_t segment = old.segment + old.count - 1; segment-- > old.segment;) {
+            reached[segment - low] =
+                reached[segment - low] || (reached[segment + 1 - low] && passes(segment + 1, chord));
+        }
+        Row row{low, cells_.size(), 0};
+        std::size_t used = 0;
+        for (std::size_t segment = low; segment <= high; ++segment) {
+            const Cell cell = reached[segment - low] ? path_->within(chord.to, segment, radius_) : kNowhere;
+            if (cell.empty() && cells_.size() == row.first) {
+                row.segment = segment + 1;
+                continue;
+            }
+            cells_.push_back(cell);
+            used = cell.empty() ? used : cells_.size() - row.first;
+        }
+        cells_.resize(row.first + used);
+        row.count = used;
+        rows_.push_back(row);
     }
 
     const Polyline* path_;
     const Track* track_;
     double radius_;
     double cover_;
+    bool may_return_;
     std::vector<Row> rows_;
     std::vector<Cell> cells_;
 };
@@ -309,7 +362,8 @@ void measure(const Matching& matching, const Polyline& path, const Track& track,
         const Matching::Step step = matching.before(i, next);
         note(i, step.distance);
         const Chord chord = track.chord(i);
-        for (std::size_t vertex = step.place.segment + 1; vertex <= next.segment; ++vertex) {
+        const auto [first, end] = std::minmax(step.place.segment, next.segment);
+        for (std::size_t vertex = first + 1; vertex <= end; ++vertex) {
             note_vertex(vertex, i + 1, std::max(0.0, to_chord(path.vertex(vertex), chord) - chord.bulge));
         }
         next = step.place;
@@ -320,7 +374,7 @@ void measure(const Matching& matching, const Polyline& path, const Track& track,
 
 /// The matching with the smallest radius. Choosing the nearest place for each sample from the end is the best for a
 /// motion that never goes back; where samples jitter along the path it is not, and the radius is looked for.
-Matching tightened(Matching matching, const Polyline& path, const Track& track, double cover) {
+Matching tightened(Matching matching, const Polyline& path, const Track& track, double cover, bool may_return) {
     double most = 0.0;
     Place next = matching.furthest();
     double least = matching.least(track.size() - 1);
@@ -333,7 +387,7 @@ Matching tightened(Matching matching, const Polyline& path, const Track& track, 
     most = std::max(most, path.distance(track.place(track.size() - 1), matching.furthest()));
     for (int i = 0; i < kHalvings && most - least > kRoundingPm + 1e-3 * least; ++i) {
         const double middle = 0.5 * (most + least);
-        Matching tighter(path, track, middle, cover);
+        Matching tighter(path, track, middle, cover, may_return);
         if (tighter.complete()) {
             most = middle;
             matching = std::move(tighter);
@@ -386,11 +440,11 @@ PathDeviation path_deviation(std::span<const AxisPositions> samples, std::span<c
     double cover = tolerance.cover * kPmPerMetre + kRoundingPm;
     const bool starts = out.start_gap * kPmPerMetre <= radius;
     for (int i = 0;; ++i) {
-        Matching matching(line, track, radius, cover);
+        Matching matching(line, track, radius, cover, tolerance.may_return);
         out.matched = matching.complete();
         if (out.matched) {
             out.followed = i == 0 && starts;
-            measure(tightened(std::move(matching), line, track, cover), line, track, out);
+            measure(tightened(std::move(matching), line, track, cover, tolerance.may_return), line, track, out);
             break;
         }
         if (i == kLoosenings) {

@@ -19,10 +19,11 @@ namespace sc::host {
 struct PathTolerance {
     double tolerance = 0.0;
     double cover = 0.0;
+    bool may_return = false;  ///< places may go back: a hold that is resumed with a run-in
 };
 
-/// A matching gives every sample a place on the polyline; places never go back, the first is the polyline's start, the
-/// last its end, and every vertex lies between the places of two neighbouring samples.
+/// A matching gives every sample a place on the polyline; places never go back (unless they may), the first is the
+/// polyline's start, the last its end, and every vertex lies between the places of two neighbouring samples.
 struct PathDeviation {
     bool followed = false;         ///< a matching within both tolerances exists
     bool matched = false;          ///< a matching exists at all; if not, the numbers are of the part before `lost`

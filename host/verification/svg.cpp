@@ -26,6 +26,9 @@ text{font-family:"DejaVu Sans","Liberation Sans",Arial,sans-serif;fill:#24313d}
 .bar{stroke:#24313d;stroke-width:2}
 .axis{stroke:#9aa6b0;stroke-width:1}
 .limit{stroke:#c2371b;stroke-width:1.2;stroke-dasharray:7 4}
+.lx{stroke:#1f5fa8}
+.ly{stroke:#c77700}
+.lz{stroke:#2c8a4b}
 .pathlimit{stroke:#1d1d1b;stroke-width:1.2;stroke-dasharray:2 3}
 .broken{stroke:#c2371b;stroke-width:1;stroke-opacity:0.55}
 .brokendot{fill:#c2371b}

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -145,6 +146,12 @@ TEST_F(Check, DeviationIsHeldToTheTolerance) {
     const auto check = [&](const char* tolerance) {
         return run({"check", file("bent.csv"), "--path", file("path.csv"), "--tolerance", tolerance, "--json"});
     };
+    write_file(folder_ / "vertex.csv", "x,y,z\n0,0,0\n1.6,0,0\n3.2,0,0\n3.2,3.2,0\n");
+    for (const auto& [tolerance, code] : {std::pair{"0.0051", 0}, std::pair{"0.004", 1}}) {
+        EXPECT_EQ(run({"check", file("bent.csv"), "--path", file("vertex.csv"), "--vertex-tolerance", tolerance}).code,
+                  code);
+    }
+    EXPECT_EQ(run({"check", file("bent.csv"), "--path", file("path.csv"), "--may-return"}).code, 0);
     EXPECT_EQ(check("0.00501").code, 0) << check("0.00501").out;
     const Answer answer = check("0.0049");
     EXPECT_EQ(answer.code, 1);
@@ -164,13 +171,21 @@ TEST_F(Check, BadInputNamesFileLineAndValue) {
     EXPECT_NE(error["action"], "");
     write_file(folder_ / "good.csv", motion_csv(1.0));
     const std::vector<std::vector<std::string>> wrong{
-        {"--limits", "0.2,5"},   {"--limits", "0.2,5,0"},
-        {"--limits", "0.2,5,x"}, {"--c-limits", "45,180,-1"},
-        {"--tolerance", "0"},    {"--allow", "0.9"},
-        {"--ticks", "5"},        {"--ticks", "10:5"},
-        {"--ticks", "0:201"},    {"--keep-out", "1,1,1,0,2,2"},
-        {"--travel", "0,1"},     {"--path", file("none.csv")},
-        {"--path-speed", "0"},   {"--path", file("good.csv")},
+        {"--limits", "0.2,5"},
+        {"--limits", "0.2,5,0"},
+        {"--limits", "0.2,5,x"},
+        {"--c-limits", "45,180,-1"},
+        {"--tolerance", "0"},
+        {"--vertex-tolerance", "-1"},
+        {"--allow", "0.9"},
+        {"--ticks", "5"},
+        {"--ticks", "10:5"},
+        {"--ticks", "0:201"},
+        {"--keep-out", "1,1,1,0,2,2"},
+        {"--travel", "0,1"},
+        {"--path", file("none.csv")},
+        {"--path-speed", "0"},
+        {"--path", file("good.csv")},
         {"--no-such-option"},
     };
     for (const std::vector<std::string>& options : wrong) {

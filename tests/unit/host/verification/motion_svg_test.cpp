@@ -53,6 +53,11 @@ TEST(MotionSvg, DrawsCAndDeviationWhenThereAreSome) {
     EXPECT_NE(svg.find("speed of C, degrees/s"), std::string::npos);
     EXPECT_NE(svg.find("deviation from the path, µm"), std::string::npos);
     EXPECT_EQ(count(svg, "class=\"pathlimit\""), 2U);
+    EXPECT_EQ(count(svg, "class=\"limit\""), 6U * 3U + 2U);
+    limits.axis[1].jerk = 150.0;
+    const std::string other = motion_svg("t", trace, limits, check_motion(trace.samples, limits, path, 1e-5));
+    EXPECT_EQ(count(other, "class=\"limit ly\""), 3U) << "axes with limits of their own";
+    EXPECT_EQ(count(other, "class=\"limit\""), 5U * 3U + 2U);
 }
 
 TEST(MotionSvg, KeepsEveryPeakOfALongTraceInLessThanAMegabyte) {

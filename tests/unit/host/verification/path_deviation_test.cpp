@@ -286,6 +286,36 @@ TEST(PathDeviation, RandomPathsAreFollowedWithTheirNoiseAndNoMore) {
     EXPECT_GT(lost, 390);
 }
 
+TEST(PathDeviation, AMotionMayReturnOnlyWhenToldSo) {
+    const std::vector<Vec3> path = in_mm({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}, {20, 10, 0}});
+    // To 5 mm before the end, back to 2 mm after the start, and on to the end.
+    std::vector<Vec3> way{path[0], path[1], path[2], {0.015, 0.010, 0}, path[2], path[1], {0.002, 0, 0}};
+    way.insert(way.end(), path.begin() + 1, path.end());
+    auto samples = along(way, 7e-6);
+    PathTolerance tolerance = kUsual;
+    EXPECT_FALSE(path_deviation(samples, path, tolerance).followed);
+    tolerance.may_return = true;
+    PathDeviation found = path_deviation(samples, path, tolerance);
+    EXPECT_TRUE(found.followed);
+    EXPECT_LE(found.deviation, 5e-6) << "the corners are cut between two samples";
+    EXPECT_LE(found.vertex_miss, kUsual.cover);
+    // All the rest is held to as before.
+    samples[500][2] += 10'100'000;
+    found = path_deviation(samples, path, tolerance);
+    EXPECT_FALSE(found.followed);
+    EXPECT_EQ(found.sample, 500U);
+    EXPECT_NEAR(found.deviation, 10.1e-6, 1e-9);
+    samples = along(way, 7e-6);
+    samples.resize(samples.size() - 10);
+    EXPECT_FALSE(path_deviation(samples, path, tolerance).followed) << "cut short";
+    const std::vector<Vec3> spiked = in_mm({{0, 0, 0}, {10, 0, 0}, {10, 0, 0.3}, {10, 0, 0}, {10, 10, 0}, {20, 10, 0}});
+    EXPECT_FALSE(path_deviation(along(way, 7e-6), spiked, tolerance).followed) << "left out";
+    const auto forwards = along(path, 7e-6);
+    EXPECT_TRUE(path_deviation(forwards, path, tolerance).followed);
+    EXPECT_FALSE(
+        path_deviation(std::vector<AxisPositions>(forwards.rbegin(), forwards.rend()), path, tolerance).followed);
+}
+
 TEST(PathDeviation, CostsStepsInProportion) {
     // A dense line of 20 000 points and 100 000 samples: the time is printed, not judged.
     std::vector<Vec3> path;
