@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/trajectory/line.hpp"
+
+#include "firmware/trajectory/place.hpp"
+#include "shared/math/scalar.hpp"
+
+namespace sc::trajectory {
+namespace {
+
+constexpr double kShare = 0.9995;   ///< of tolerance, jerk and time at corners, for rounding
+constexpr double kStubShare = 0.4;  ///< of a stub, used by the ramp
+
+constexpr double kShortest = 1e-12;  ///< s; a cruise below is rounding
+
+/// A ramp that a line begins with, seen as part of a change of speed with the line's own jerk that began earlier, from
+/// a virtual speed.
+struct Start {
+    double v = 0.0;  ///< at the ramp's end
+    double a = 0.0;
+    double s = 0.0;  ///< covered by the ramp
+    double virtual_v = 0.0;
+    double virtual_s = 0.0;  ///< covered from the virtual start to the ramp's end
+    double virtual_t = 0.0;
+};
+
+Start make_start(const Joint& joint, double jerk) noexcept {
+    Start start;
+    const double t = joint.duration;
+    start.a = joint.jerk * t;
+    start.v = 0.5 * start.a * t;
+    start.s = start.v * t * (1.0 / 3.0);
+    start.virtual_t = start.a / jerk;
+    start.virtual_v = start.v - 0.5 * start.a * start.virtual_t;
+    start.virtual_s = start.virtual_t * (start.virtual_v + start.a * start.virtual_t * (1.0 / 6.0));
+    return start;
+}
+
+double change_time(double dv, const Along& limits) noexcept {
+    return dv * limits.jerk <= limits.acceleration * limits.acceleration
+               ? 2.0 * square_root(dv / limits.jerk)
+               : dv / limits.acceleration + limits.acceleration / limits.jerk;
+}
+
+/// From rest, through the ramp, to `peak`.
+double distance_to(const Start& start, double peak, const Along& limits) noexcept {
+    const double dv = peak - start.virtual_v;
+    return start.s - start.virtual_s + 0.5 * (peak + start.virtual_v) * change_time(dv, limits);
+}
+
+/// The three stretches from the ramp's end up to `peak`, seen forward in time.
+struct Rise {
+    double up = 0.0;
+    double hold = 0.0;
+    double down = 0.0;
+};
+
+Rise make_rise(const Start& start, double peak, const Along& limits) noexcept {
+    const double dv = peak - start.virtual_v;
+    const double a = limits.acceleration;
+    if (dv * limits.jerk <= a * a) {
+        const double t = square_root(larger(dv, 0.0) / limits.jerk);
+        return {larger(t - start.virtual_t, 0.0), 0.0, t};
+    }
+    const double t = a / limits.jerk;
+    return {larger(t - start.virtual_t, 0.0), dv / a - t, t};
+}
+
+}  // namespace
+
+Along limits_along(const Limits& limits, const Place& direction) noexcept {
+    const double travel = length3(direction);
+    Along found{1e12, 1e12, 1e12};
+    if (travel > 0.0) {
+        found.speed = limits.speed / travel;
+    }
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d = absolute(direction[k]);
+        if (d > 0.0) {
+            found.speed = smaller(found.speed, limits.velocity[k] / d);
+            found.acceleration = smaller(found.acceleration, limits.acceleration[k] / d);
+            found.jerk = smaller(found.jerk, limits.jerk[k] / d);
+        }
+    }
+    return found;
+}
+
+double longest_ramp(const Limits& limits, const Stub& stub, double jerk) noexcept {
+    const Along along = limits_along(limits, stub.direction);
+    const double by_length =
+        stub.whole ? cube_root(stub.length / (2.0 * along.jerk)) : cube_root(6.0 * kStubShare * stub.length / jerk);
+    const double by_speed = square_root(along.speed / jerk);
+    return kShare * smaller(smaller(by_length, by_speed), along.acceleration / jerk);
+}
+
+Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) noexcept {
+    const Place& d1 = before.direction;
+    const Place& d2 = after.direction;
+    double jerk = kShare * smaller(limits_along(limits, d1).jerk, limits_along(limits, d2).jerk);
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double sum = absolute(d1[k] + d2[k]);
+        if (sum > 0.0) {
+            jerk = smaller(jerk, kShare * limits.jerk[k] / sum);
+        }
+    }
+    const double cosine = clamped(dot(d1, d2) / (length(d1) * length(d2)), -1.0, 1.0);
+    const double sine = square_root(1.0 - cosine * cosine);
+    const double half_sine = square_root(0.5 * (1.0 - cosine));
+    const double widest = larger(sine, 1.4142135623730951 * half_sine);
+    if (!(limits.tolerance >= 1e-7) || !(widest > 0.0)) {
+        return {0.0, jerk};
+    }
+    const double by_tolerance = cube_root(48.0 * kShare * limits.tolerance / (jerk * widest));
+    const double duration =
+        smaller(by_tolerance, smaller(longest_ramp(limits, before, jerk), longest_ramp(limits, after, jerk)));
+    return {duration, jerk};
+}
+
+LinePlan plan_line(double length, const Along& limits, const Joint& head, const Joint& tail) noexcept {
+    const Start from = make_start(head, limits.jerk);
+    const Start to = make_start(tail, limits.jerk);
+    const auto used = [&](double peak) noexcept {
+        return distance_to(from, peak, limits) + distance_to(to, peak, limits);
+    };
+    // Least peak: the acceleration of the ramps is only taken back.
+    const double least = larger(from.virtual_v + from.a * from.virtual_t, to.virtual_v + to.a * to.virtual_t);
+    double peak = limits.speed;
+    LinePlan plan;
+    plan.at_speed = used(peak) <= length;
+    if (!plan.at_speed) {
+        double low = least;
+        double high = peak;
+        for (int i = 0; i < 60; ++i) {
+            const double middle = 0.5 * (low + high);
+            (used(middle) > length ? high : low) = middle;
+        }
+        peak = low;
+    }
+    const Rise rise = make_rise(from, peak, limits);
+    const Rise fall = make_rise(to, peak, limits);
+    const double j = limits.jerk;
+    double s = from.s;
+    double v = from.v;
+    double a = from.a;
+    const auto add = [&](double duration, double jerk) noexcept {
+        if (!(duration > 0.0)) {
+            return;
+        }
+        plan.phase[plan.count++] = {duration, s, v, a, jerk};
+        s += duration * (v + duration * (0.5 * a + duration * jerk * (1.0 / 6.0)));
+        v += duration * (a + duration * 0.5 * jerk);
+        a += duration * jerk;
+    };
+    add(rise.up, j);
+    add(rise.hold, 0.0);
+    add(rise.down, -j);
+    // The phases of the fall count from the end, so that it is met exactly; the cruise takes what is between.
+    std::array<Phase, 3> back{};
+    std::uint32_t backs = 0;
+    double to_go = to.s;
+    double vb = to.v;
+    double ab = to.a;
+    const auto prepend = [&](double duration, double jerk) noexcept {
+        if (!(duration > 0.0)) {
+            return;
+        }
+        const double end_s = to_go;
+        to_go = end_s + duration * (vb + duration * (0.5 * ab + duration * jerk * (1.0 / 6.0)));
+        vb += duration * (ab + duration * 0.5 * jerk);
+        ab += duration * jerk;
+        back[backs++] = {duration, length - to_go, vb, -ab, jerk};
+    };
+    prepend(fall.up, j);
+    prepend(fall.hold, 0.0);
+    prepend(fall.down, -j);
+    const double cruise = (length - to_go - s) / peak;
+    if (cruise > kShortest) {
+        plan.phase[plan.count++] = {cruise, s, peak, 0.0, 0.0};
+    }
+    while (backs > 0) {
+        plan.phase[plan.count++] = back[--backs];
+    }
+    return plan;
+}
+
+}  // namespace sc::trajectory

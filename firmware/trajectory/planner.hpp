@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <expected>
+#include <span>
+
+#include "firmware/trajectory/line.hpp"
+#include "firmware/trajectory/piece.hpp"
+#include "firmware/trajectory/polyline.hpp"
+#include "firmware/trajectory/spec.hpp"
+#include "firmware/trajectory/spline.hpp"
+#include "firmware/trajectory/trajectory_writer.hpp"
+#include "firmware/trajectory/window.hpp"
+
+namespace sc::trajectory {
+
+/// Memory of a planner, given by its owner. Sizes are powers of two.
+struct Storage {
+    std::span<Vertex> points;  ///< at least 1024
+    std::span<Node> nodes;     ///< at least 256; more look further ahead on paths that bend much
+    std::span<Piece> pieces;   ///< at least 16; what is planned and not yet read
+};
+
+/// A near-time-optimal trajectory along a polyline, from rest to rest, within a tolerance of it, with speed,
+/// acceleration and jerk of every axis within their limits at every moment.
+///
+/// Between corners (turns of more than 45°) the path is one smooth curve or one straight line. A straight line between
+/// two corners is passed in closed form; a curve by time-optimal path parametrisation over a look-ahead of two braking
+/// distances. At a corner the two runs overlap as far as the tolerance allows.
+///
+/// The trajectory is a function of the points alone: how add(), work() and the reading of pieces interleave changes
+/// nothing. Nominal time begins at 0; hold, resume and override are laws of nominal time over real time and no business
+/// of this class. Not re-entrant: one context. No heap, no clock.
+class Planner {
+public:
+    explicit Planner(const Storage& storage) noexcept;
+
+    /// Begins a path; the one before is dropped.
+    [[nodiscard]] std::expected<void, Refusal> open(const Spec& spec) noexcept;
+    /// Next point; `item` must not fall. Points closer than a fifth of the tolerance (2 µm at most) to the last kept
+    /// one are left out. Cost: some 50 operations.
+    [[nodiscard]] std::expected<void, Refusal> add(const Place& point, std::uint32_t item) noexcept;
+    /// No more points.
+    [[nodiscard]] std::expected<void, Refusal> finish() noexcept;
+    /// There is room for another point. Needs work() and reading of pieces if not.
+    [[nodiscard]] bool wants_points() const noexcept { return open_ && !finished_ && points_.free() > 0; }
+
+    /// Works for up to about `units` steps (one cell in one pass, one vertex, or one line each; some 2 µs on a PC
+    /// core); returns those used, fewer if it waits for points or for room.
+    std::uint32_t work(std::uint32_t units) noexcept;
+
+    /// Pieces that are ready, oldest first.
+    [[nodiscard]] std::uint32_t ready() const noexcept { return writer_.pieces().size(); }
+    [[nodiscard]] const Piece& front() const noexcept { return writer_.pieces()[writer_.pieces().first()]; }
+    void pop() noexcept { writer_.pieces().forget_before(writer_.pieces().first() + 1); }
+    /// All of a finished path is in pieces (which may still wait to be read).
+    [[nodiscard]] bool complete() const noexcept { return stage_ == Stage::complete; }
+
+    [[nodiscard]] const Limits& limits() const noexcept { return limits_; }
+    /// Replaces the look-ahead of two braking distances, in m; before the first point. For tests and benches.
+    void set_window(double length) noexcept { limits_.window = length; }
+    [[nodiscard]] const WindowCounts& counts() const noexcept { return window_.counts(); }
+
+private:
+    enum class Stage : std::uint8_t { seek, curve, complete };
+
+    [[nodiscard]] std::uint32_t seek() noexcept;
+    [[nodiscard]] std::uint32_t follow_curve() noexcept;
+    [[nodiscard]] bool joint_at(std::uint32_t corner, const Stub& before, Joint& joint, Stub& after) const noexcept;
+    void write_line(const Joint& end) noexcept;
+    [[nodiscard]] double ramp_length(const Stub& stub, const Joint& joint) const noexcept;
+    void next_run(std::uint32_t corner, const Joint& joint, const Stub& after) noexcept;
+
+    Polyline points_;
+    Ring<Node> nodes_;
+    TrajectoryWriter writer_;
+    SplineBuilder spline_;
+    WindowPlanner window_;
+    Limits limits_;
+    Stage stage_ = Stage::complete;
+    bool open_ = false;
+    bool finished_ = false;
+    std::uint32_t count_ = 0;
+    Place still_{};  ///< axes that must not move
+
+    std::uint32_t corner_ = 0;  ///< where the run begins
+    Joint joint_;               ///< there
+    Stub head_;                 ///< behind it
+    bool has_head_ = false;
+    Joint next_joint_;
+    Stub next_head_;
+};
+
+}  // namespace sc::trajectory

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/trajectory/spline.hpp"
+
+#include "firmware/trajectory/place.hpp"
+#include "shared/math/scalar.hpp"
+
+namespace sc::trajectory {
+namespace {
+
+constexpr double kSlope = 0.25;              ///< greatest change of the spacing with s
+constexpr double kEndSlope = 0.35;           ///< spacing per distance to the run's ends
+constexpr double kFirstShare = 0.6;          ///< of the tolerance, for the first choice of a spacing
+constexpr double kLastShare = 0.88;          ///< of the tolerance, for the check; a tenth is for what was absorbed
+constexpr double kSecondToDeviation = 0.21;  ///< deviation per second difference of the polyline
+constexpr double kCloser = 0.6;
+constexpr double kSpacingsAhead = 4.5;
+constexpr std::uint32_t kVerticesAhead = 144;
+constexpr std::uint32_t kVerticesBeside = 32;
+constexpr std::int64_t kDeferred = 7;  ///< cells that must fit beyond the one that is given out
+
+}  // namespace
+
+void SplineBuilder::start(const Polyline& points, std::uint32_t begin, double ramp) noexcept {
+    begin_ = begin;
+    begin_s_ = points[begin].s;
+    end_seen_ = has_end_ = done_ = complete_ = false;
+    seen_ = begin + 1;
+    final_ = begin;
+    spaced_ = begin;
+    sight_ = horizon_ = begin;
+    segment_ = hint_ = item_hint_ = begin;
+    knot_[0] = begin_s_ + ramp;
+    knots_ = 1;
+    controls_ = drafts_ = checked_ = given_ = 0;
+}
+
+void SplineBuilder::set_end(std::uint32_t end, double ramp) noexcept {
+    end_ = end;
+    has_end_ = true;
+    end_ramp_ = ramp;
+}
+
+std::uint32_t SplineBuilder::oldest_point() const noexcept {
+    const std::uint32_t used = item_hint_ < hint_ ? item_hint_ : hint_;
+    const std::uint32_t margin = 4 * kVerticesBeside;
+    return used < begin_ + margin ? begin_ : used - margin;
+}
+
+/// Looks for the next corner, and moves on the points that no stub before a corner can reach.
+void SplineBuilder::see(const Polyline& points, const Limits& limits) noexcept {
+    while (!end_seen_ && seen_ < points.known()) {
+        if (points[seen_].corner) {
+            end_seen_ = true;
+            break;
+        }
+        ++seen_;
+    }
+    if (has_end_) {
+        final_ = end_;
+        return;
+    }
+    const std::uint32_t last = end_seen_ ? seen_ : seen_ - 1;
+    while (final_ + 1 < last &&
+           (points[last].s - points[final_ + 1].s > limits.stub || last - final_ - 1 > Polyline::kStubPoints)) {
+        ++final_;
+    }
+}
+
+/// Moves `cursor` to the first point that is `distance` beyond s or `count` beyond `from`, or the run's end. False if
+/// that is not known yet.
+bool SplineBuilder::ready_to(const Polyline& points, std::uint32_t from, double s, double distance, std::uint32_t count,
+                             std::uint32_t& cursor) const noexcept {
+    while (true) {
+        if (cursor > final_) {
+            return false;
+        }
+        if ((has_end_ && cursor == end_) || points[cursor].s - s >= distance || cursor >= from + count) {
+            return true;
+        }
+        if (cursor == final_) {
+            return false;
+        }
+        ++cursor;
+    }
+}
+
+double SplineBuilder::knot(std::int64_t i) const noexcept {
+    if (i < 0) {
+        return knot_[0] + (knot_[1] - knot_[0]) * static_cast<double>(i);
+    }
+    const std::int64_t last = knots_ - 1;
+    const double end = knot_[static_cast<std::size_t>(last) % kKept];
+    if (i > last) {
+        return end + (end - knot_[static_cast<std::size_t>(last - 1) % kKept]) * static_cast<double>(i - last);
+    }
+    return knot_[static_cast<std::size_t>(i) % kKept];
+}
+
+/// Spacing that the second difference about vertex j allows, at most as much as its neighbours plus the slope.
+void SplineBuilder::space_vertex(Polyline& points, const Limits& limits, std::uint32_t j,
+                                 std::uint32_t sight) const noexcept {
+    const bool ends = has_end_ && sight == end_;
+    const double s = points[j].s;
+    double most = limits.longest_cell;
+    if (!ends) {
+        most = smaller(most, points[sight].s - s);
+    }
+    const std::uint32_t low = j < begin_ + kVerticesBeside ? begin_ : j - kVerticesBeside;
+    if (low > begin_) {
+        most = smaller(most, s - points[low].s);
+    }
+    std::uint32_t before = j;
+    std::uint32_t after = j;
+    const auto deviation = [&](double h) noexcept {
+        const Place sum = plus(points.at(s - h, low, sight, before), points.at(s + h, low, sight, after));
+        return kSecondToDeviation * length(along(sum, -2.0, points[j].p));
+    };
+    const double allowed = kFirstShare * limits.tolerance;
+    double h = most;
+    if (j > begin_) {
+        h = smaller(most, points[j - 1].spacing + kSlope * (s - points[j - 1].s));
+    }
+    const double least = larger(0.5 * limits.tolerance, 1e-7);
+    while (h > least && deviation(h) > allowed) {
+        h *= 0.8;
+    }
+    points[j].spacing = larger(h, smaller(least, most));
+}
+
+void SplineBuilder::smooth_back(Polyline& points, std::uint32_t from) const noexcept {
+    for (std::uint32_t i = from; i > begin_ && i > points.first(); --i) {
+        const double most = points[i].spacing + kSlope * (points[i].s - points[i - 1].s);
+        if (points[i - 1].spacing <= most) {
+            break;
+        }
+        points[i - 1].spacing = most;
+    }
+}
+
+/// Distance from the knot at s, in segment i, to the next.
+double SplineBuilder::spacing_at(const Polyline& points, const Limits& limits, double s, std::uint32_t i,
+                                 bool near_end) const noexcept {
+    const Vertex& a = points[i];
+    const Vertex& b = points[i + 1];
+    const double from = s - a.s;
+    const double to = b.s - s;
+    double h = smaller(a.spacing + kSlope * from, b.spacing + kSlope * to);
+    // Long cells only where nothing changes: a braking length away from both ends of a long segment.
+    const double calm = smaller(from, to) - limits.window;
+    h = smaller(h, limits.longest_cell + (calm > 0.0 ? kSlope * calm : 0.0));
+    h = smaller(h, kEndSlope * (s - begin_s_));
+    if (!near_end) {
+        return h;
+    }
+    const double rest = points[end_].s - end_ramp_ - s;
+    h = smaller(h, kEndSlope * (points[end_].s - s));
+    if (rest <= 1.3 * h) {
+        return rest;
+    }
+    return rest <= 2.3 * h ? 0.5 * rest : h;
+}
+
+void SplineBuilder::make_control(const Polyline& points) noexcept {
+    const std::int64_t m = controls_ - 1;
+    const double g = (knot(m - 1) + knot(m) + knot(m + 1)) * (1.0 / 3.0);
+    control(m) = points.at(g, begin_, has_end_ ? end_ : final_, hint_);
+    ++controls_;
+}
+
+/// Node i from the control points beside it.
+void SplineBuilder::make_node() noexcept {
+    const std::int64_t i = drafts_;
+    const double tm = knot(i - 1);
+    const double t = knot(i);
+    const double tp = knot(i + 1);
+    const Place& a = control(i - 1);
+    const Place& b = control(i);
+    const Place& c = control(i + 1);
+    const Place before = times(3.0 / (tp - knot(i - 2)), minus(b, a));
+    const Place after = times(3.0 / (knot(i + 2) - tm), minus(c, b));
+    const double h0 = t - tm;
+    const double h1 = tp - t;
+    const double left = h1 * h1 / ((h0 + h1) * (tp - knot(i - 2)));
+    const double right = h0 * h0 / ((h0 + h1) * (knot(i + 2) - tm));
+    Draft& made = draft(i);
+    made.p = along(along(b, left, minus(a, b)), right, minus(c, b));
+    made.d1 = along(before, h0 / (h0 + h1), minus(after, before));
+    made.d2 = times(2.0 / (h0 + h1), minus(after, before));
+    ++drafts_;
+}
+
+/// Deviation at the same s from the polyline, at all its vertices in the cell and between.
+bool SplineBuilder::fits(const Polyline& points, const Limits& limits, std::int64_t cell) noexcept {
+    const double s0 = knot(cell);
+    const double h = knot(cell + 1) - s0;
+    const Draft& from = draft(cell);
+    const Draft& to = draft(cell + 1);
+    const Place d3 = times(1.0 / h, minus(to.d2, from.d2));
+    const std::uint32_t high = has_end_ ? end_ : final_;
+    const double most = kLastShare * limits.tolerance;
+    const auto near = [&](double x, const Place& on) noexcept {
+        const Place p = along(along(along(from.p, x, from.d1), 0.5 * x * x, from.d2), x * x * x * (1.0 / 6.0), d3);
+        const Place off = minus(p, on);
+        return dot(off, off) <= most * most;
+    };
+    for (int k = 0; k < 4; ++k) {
+        const double x = 0.25 * h * k;
+        if (!near(x, points.at(s0 + x, begin_, high, item_hint_))) {
+            return false;
+        }
+        if (k == 0) {
+            draft(cell).item = points[item_hint_].item;
+        }
+    }
+    std::uint32_t i = item_hint_;
+    while (i > begin_ && points[i].s > s0) {
+        --i;
+    }
+    for (; i <= high && points[i].s < s0 + h; ++i) {
+        if (points[i].s > s0 && !near(points[i].s - s0, points[i].p)) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// Closer knots about a cell that does not fit, and back to before it.
+void SplineBuilder::set_closer(Polyline& points, std::int64_t cell) noexcept {
+    const double from = knot(cell - 2);
+    const double to = knot(cell + 3);
+    std::uint32_t i = item_hint_;
+    while (i > begin_ && i > points.first() && points[i].s > from) {
+        --i;
+    }
+    for (; i < spaced_ && points[i].s <= to; ++i) {
+        points[i].spacing *= kCloser;
+        smooth_back(points, i);
+    }
+    for (; i < spaced_ && i > begin_; ++i) {
+        points[i].spacing =
+            smaller(points[i].spacing, points[i - 1].spacing + kSlope * (points[i].s - points[i - 1].s));
+    }
+    const std::int64_t kept = cell > 2 ? cell - 2 : 0;
+    knots_ = kept + 1;
+    complete_ = false;
+    const auto back_to = [](std::int64_t& count, std::int64_t most) { count = count < most ? count : most; };
+    back_to(controls_, kept > 0 ? kept + 1 : 0);
+    back_to(drafts_, kept > 0 ? kept - 1 : 0);
+    back_to(checked_, kept > 1 ? kept - 2 : 0);
+    const double s = knot_[static_cast<std::size_t>(kept) % kKept];
+    while (segment_ > begin_ && points[segment_].s > s) {
+        --segment_;
+    }
+}
+
+void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {
+    const std::int64_t last = knots_ - 1;
+    while (complete_ ? given_ <= last && checked_ == last : given_ + kDeferred < checked_) {
+        const bool ends = given_ == last;
+        const Draft& from = draft(given_);
+        Node& node = nodes.push();
+        node = {};
+        node.s = knot(given_);
+        node.p = from.p;
+        node.d1 = from.d1;
+        node.d2 = from.d2;
+        node.last = ends;
+        Place fastest = from.d1;
+        const auto widen = [&](const Place& d) noexcept {
+            for (std::size_t k = 0; k < kAxisCount; ++k) {
+                fastest[k] = larger(absolute(fastest[k]), absolute(d[k]));
+            }
+            return length3(d);
+        };
+        double travel = widen(from.d1);
+        if (!ends) {
+            node.h = knot(given_ + 1) - node.s;
+            node.d3 = times(1.0 / node.h, minus(draft(given_ + 1).d2, from.d2));
+            const double x = 0.5 * node.h;
+            travel = larger(travel, widen(along(along(from.d1, x, from.d2), 0.5 * x * x, node.d3)));
+        }
+        if (given_ > 0) {
+            const Node& before = nodes[nodes.end() - 2];
+            const double x = 0.5 * before.h;
+            travel = larger(travel, widen(along(along(before.d1, x, before.d2), 0.5 * x * x, before.d3)));
+        }
+        double cap = travel > 0.0 ? limits.speed / travel : 1e6;
+        for (std::size_t k = 0; k < kAxisCount; ++k) {
+            if (fastest[k] > 0.0) {
+                cap = smaller(cap, limits.velocity[k] / fastest[k]);
+            }
+        }
+        node.cap = 0.9999 * cap * cap;
+        node.item = ends ? points[end_ - 1].item : from.item;
+        ++given_;
+        if (ends) {
+            done_ = true;
+            break;
+        }
+    }
+}
+
+bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {
+    if (done_ || nodes.free() < kLag) {
+        return false;
+    }
+    see(points, limits);
+    if (!complete_) {
+        const double s = knot_[static_cast<std::size_t>(knots_ - 1) % kKept];
+        while (segment_ + 1 < final_ && points[segment_ + 1].s <= s) {
+            ++segment_;
+        }
+        if (segment_ >= final_ || points[segment_ + 1].s <= s ||
+            !ready_to(points, segment_, s, kSpacingsAhead * limits.longest_cell, kVerticesAhead, horizon_)) {
+            return false;
+        }
+        if (spaced_ <= horizon_) {
+            if (!ready_to(points, spaced_, points[spaced_].s, limits.longest_cell, kVerticesBeside, sight_)) {
+                return false;
+            }
+            space_vertex(points, limits, spaced_, sight_);
+            smooth_back(points, spaced_);
+            ++spaced_;
+            return true;
+        }
+        const bool near_end = has_end_ && horizon_ == end_;
+        const double h = spacing_at(points, limits, s, segment_, near_end);
+        complete_ = near_end && h >= points[end_].s - end_ramp_ - s;
+        knot_[static_cast<std::size_t>(knots_) % kKept] = s + h;
+        ++knots_;
+    }
+    const std::int64_t last = knots_ - 1;
+    if (last < 1) {
+        return true;
+    }
+    while (controls_ <= (complete_ ? last + 2 : last)) {
+        make_control(points);
+    }
+    while (drafts_ + 2 <= (complete_ ? last + 2 : last)) {
+        make_node();
+    }
+    while (checked_ + 1 < drafts_ && checked_ < last) {
+        if (!fits(points, limits, checked_)) {
+            set_closer(points, checked_);
+            return true;
+        }
+        ++checked_;
+    }
+    give_out(points, limits, nodes);
+    return true;
+}
+
+}  // namespace sc::trajectory

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "firmware/trajectory/polygon.hpp"
+#include "firmware/trajectory/spec.hpp"
+
+/// Third-order time-optimal timing of a curve q(s), cell by cell. In a cell q''' is constant and so is u = d²b/ds² with
+/// b = ṡ². Then per axis
+///
+///     acceleration = q'' b + q' c / 2                      with c = db/ds
+///     jerk         = (q''' b + 3/2 q'' c + 1/2 q' u) √b
+///
+/// The jerk limit |…| ≤ J / √b is made linear by the tangent of 1/√b at a guess b̂, which lies below it: every state
+/// that keeps the tangent keeps the limit. Backward, the set of states (b, c) from which the end can be reached is a
+/// convex polygon per node (Fourier-Motzkin elimination of u); forward, the greatest u that stays in the next set is
+/// taken.
+
+namespace sc::trajectory {
+
+/// A node of the curve and the cell that begins there. s in scaled metres.
+struct Node {
+    double s = 0.0;
+    double h = 0.0;  ///< length of the cell; 0 at the last node of a curve
+    Place p{};
+    Place d1{};
+    Place d2{};
+    Place d3{};
+    double cap = 0.0;    ///< greatest b
+    double guess = 0.0;  ///< b̂
+    double share = 1.0;  ///< of the jerk limit to be used in the cell; lowered where a check found too much
+    double room = 1.0;   ///< the same for acceleration, at the node
+    double slack = 0.0;  ///< of these limits, so that a state planned before is not lost to rounding
+    double b = 0.0;      ///< plan in force
+    double c = 0.0;
+    double trial_b = 0.0;
+    double trial_c = 0.0;
+    std::uint32_t item = 0;
+    bool last = false;
+    StoredPolygon set;  ///< states from which the end of the window can be reached
+};
+
+/// Set of the states b = 0.75·length·|c| on a ramp of constant jerk to or from rest over `length`, up to `jerk`.
+/// `slowing`: c < 0. Thin, because it is a line; the caller puts the state on the line.
+[[nodiscard]] Polygon ramp_set(double length, double jerk, bool slowing) noexcept;
+
+/// Set of `node` from that of `next`. False if it is empty. Cost: some 200 clips.
+[[nodiscard]] bool backward_step(const Limits& limits, Node& node, const Node& next) noexcept;
+
+/// From the trial state of `node` to that of `next`. False if no state with b > 0 is found.
+[[nodiscard]] bool forward_step(const Limits& limits, const Node& node, Node& next) noexcept;
+
+/// Limits of state at a node only: speed and acceleration.
+void clip_state(const Limits& limits, const Node& node, Polygon& set) noexcept;
+
+/// The greatest share of (b, c) that is still in the set, at most 1; negative if none.
+[[nodiscard]] double reach(const StoredPolygon& set, double b, double c) noexcept;
+
+}  // namespace sc::trajectory

@@ -1,0 +1,447 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/trajectory/window.hpp"
+
+#include "firmware/trajectory/place.hpp"
+#include "firmware/trajectory/spline.hpp"
+#include "shared/math/scalar.hpp"
+
+namespace sc::trajectory {
+namespace {
+
+constexpr double kCommitShare = 0.3;    ///< of a window, to be written before the next plan
+constexpr double kTrustShare = 0.25;    ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 0.8;     ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;      ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;         ///< excess that is accepted
+constexpr double kSlack = 0.012;        ///< near the start of a plan that begins moving
+constexpr double kContinueShare = 0.1;  ///< of a window, if the plan in force goes on
+constexpr std::uint32_t kTries = 3;
+constexpr std::uint32_t kTriesFromRest = 8;
+
+/// Greatest tangential acceleration at a node.
+double acceleration_at(const Limits& limits, const Node& node) noexcept {
+    double found = 1e12;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d = absolute(node.d1[k]);
+        if (d > 0.0) {
+            found = smaller(found, limits.acceleration[k] / d);
+        }
+    }
+    return found;
+}
+
+/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`.
+double ramp_jerk(const Limits& limits, const Node& a, const Node& z) noexcept {
+    double jerk = 1e12;
+    double acceleration = 1e12;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d = larger(absolute(a.d1[k]), absolute(z.d1[k]));
+        if (d > 0.0) {
+            jerk = smaller(jerk, kRampShare * limits.jerk[k] / d);
+            acceleration = smaller(acceleration, kRampShare * limits.acceleration[k] / d);
+        }
+    }
+    const double h = a.h;
+    jerk = smaller(jerk, acceleration * square_root(acceleration / (6.0 * h)));
+    const double t = 3.0 * h / square_root(kRampShare * smaller(a.cap, z.cap));
+    return smaller(jerk, 6.0 * h / (t * t * t));
+}
+
+/// Speed that the curve itself allows, for the guess.
+double curve_cap(const Limits& limits, const Node& node) noexcept {
+    double cap = node.cap;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d2 = absolute(node.d2[k]);
+        if (d2 * cap > limits.acceleration[k]) {
+            cap = limits.acceleration[k] / d2;
+        }
+        const double d3 = absolute(node.d3[k]);
+        if (d3 * d3 * cap * cap * cap > limits.jerk[k] * limits.jerk[k]) {
+            const double r = cube_root(limits.jerk[k] / d3);
+            cap = r * r;
+        }
+    }
+    return cap;
+}
+
+}  // namespace
+
+void WindowPlanner::start(const Ring<Node>& nodes, const Place& corner, const Joint& joint, double overlap, double ramp,
+                          std::uint32_t item) noexcept {
+    begin_ = {corner, joint, ramp};
+    overlap_ = overlap;
+    item_ = item;
+    base_ = nodes.end();
+    done_ = false;
+    fresh_ = resting_ = true;
+    in_force_ = false;
+    crawling_ = false;
+    start_share_ = target_share_ = 1.0;
+    stage_ = Stage::wait;
+}
+
+void WindowPlanner::set_end(const Place& corner, const Joint& joint, double ramp) noexcept {
+    end_ = {corner, joint, ramp};
+}
+
+std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, TrajectoryWriter& writer) noexcept {
+    switch (stage_) {
+        case Stage::wait: {
+            if (done_ || !find_window(limits, nodes)) {
+                return 0;
+            }
+            const std::uint32_t units = 1 + (window_ - base_) / 4;
+            begin_plan(limits, nodes);
+            return units;
+        }
+        case Stage::backward: backward(limits, nodes); return 1;
+        case Stage::forward: forward(limits, nodes); return 1;
+        case Stage::check: check(limits, nodes); return 1;
+        case Stage::write:
+            if (writer.pieces().free() < 4) {
+                return 0;
+            }
+            write(limits, nodes, writer);
+            return 1;
+    }
+    return 0;
+}
+
+/// The window reaches as far as the look-ahead, the memory or the run.
+bool WindowPlanner::find_window(const Limits& limits, const Ring<Node>& nodes) noexcept {
+    const std::uint32_t most = nodes.capacity() - 2 * SplineBuilder::kLag;
+    if (nodes.end() <= base_) {
+        return false;
+    }
+    std::uint32_t w = base_;
+    if (in_force_ && force_window_ > base_) {
+        w = force_window_;
+    }
+    while (true) {
+        const Node& node = nodes[w];
+        if (node.last || (w > base_ + 2 && (node.s - nodes[base_].s >= limits.window || w - base_ >= most))) {
+            break;
+        }
+        if (w + 1 >= nodes.end()) {
+            return false;
+        }
+        ++w;
+    }
+    window_ = w;
+    to_end_ = nodes[w].last;
+    return true;
+}
+
+void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept {
+    if (to_end_ && in_force_ && force_to_end_) {
+        // Nothing new: the plan in force already ends the run.
+        commit_ = force_target_;
+        cursor_ = base_;
+        stage_ = Stage::write;
+        return;
+    }
+    target_ = to_end_ ? window_ : window_ - 1;
+    if (target_ <= base_) {
+        give_up(nodes);
+        return;
+    }
+    tries_ = 0;
+    target_length_ = to_end_ ? end_.ramp : nodes[target_].h;
+    target_jerk_ = to_end_ ? end_.joint.jerk : target_share_ * ramp_jerk(limits, nodes[target_], nodes[window_]);
+    if (resting_) {
+        start_length_ = fresh_ ? begin_.ramp : nodes[base_ - 1].h;
+        start_jerk_ = fresh_ ? begin_.joint.jerk : start_share_ * ramp_jerk(limits, nodes[base_ - 1], nodes[base_]);
+    }
+    guess(limits, nodes);
+    cursor_ = target_;
+    stage_ = Stage::backward;
+}
+
+/// First guess of b: what speed and acceleration allow; near the start the plan in force.
+void WindowPlanner::guess(const Limits& limits, Ring<Node>& nodes) noexcept {
+    const auto rest_b = [](double length, double jerk) noexcept {
+        const double t = cube_root(6.0 * length / jerk);
+        return 9.0 * length * length / (t * t);
+    };
+    double b = resting_ ? rest_b(start_length_, start_jerk_) : nodes[base_].b;
+    for (std::uint32_t i = base_; i != target_ + 1; ++i) {
+        Node& node = nodes[i];
+        node.guess = smaller(b, curve_cap(limits, node));
+        node.slack = 0.0;
+        b = node.guess + 2.0 * kGuessShare * acceleration_at(limits, node) * node.h;
+    }
+    b = rest_b(target_length_, target_jerk_);
+    for (std::uint32_t i = target_;; --i) {
+        Node& node = nodes[i];
+        node.guess = larger(smaller(node.guess, b), 1e-6 * node.cap);
+        if (i == base_) {
+            break;
+        }
+        b = node.guess + 2.0 * kGuessShare * acceleration_at(limits, node) * nodes[i - 1].h;
+    }
+    if (in_force_ && !resting_) {
+        const double trusted = nodes[base_].s + kTrustShare * (nodes[force_target_].s - nodes[base_].s);
+        for (std::uint32_t i = base_; i != force_target_ + 1; ++i) {
+            Node& node = nodes[i];
+            node.guess = node.s <= trusted ? node.b : larger(node.guess, node.b);
+            node.slack = node.s <= trusted ? kSlack : 0.0;
+        }
+    }
+}
+
+void WindowPlanner::backward(const Limits& limits, Ring<Node>& nodes) noexcept {
+    if (cursor_ == target_) {
+        nodes[target_].set.store(ramp_set(target_length_, target_jerk_, true));
+        ++counts_.passes;
+    } else if (!backward_step(limits, nodes[cursor_], nodes[cursor_ + 1])) {
+        sound_ = false;
+        again(limits, nodes);
+        return;
+    }
+    if (cursor_ == base_) {
+        begin_forward(nodes);
+        return;
+    }
+    --cursor_;
+}
+
+void WindowPlanner::begin_forward(Ring<Node>& nodes) noexcept {
+    Node& node = nodes[base_];
+    if (resting_) {
+        const double t = cube_root(6.0 * start_length_ / start_jerk_);
+        const double b = 9.0 * start_length_ * start_length_ / (t * t);
+        const double c = 12.0 * start_length_ / (t * t);
+        const double share = larger(reach(node.set, b, c), 1e-3);
+        node.trial_b = share * b;
+        node.trial_c = share * c;
+    } else {
+        node.trial_b = node.b;
+        node.trial_c = node.c;
+    }
+    cursor_ = base_;
+    stage_ = Stage::forward;
+}
+
+void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
+    if (!forward_step(limits, nodes[cursor_], nodes[cursor_ + 1])) {
+        sound_ = false;
+        again(limits, nodes);
+        return;
+    }
+    ++cursor_;
+    if (cursor_ != target_) {
+        return;
+    }
+    // Onto the line of the ramp exactly.
+    Node& node = nodes[target_];
+    node.trial_c = -node.trial_b / (0.75 * target_length_);
+    sound_ = good_ = true;
+    worst_ = 1.0;
+    cursor_ = base_;
+    stage_ = Stage::check;
+}
+
+void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
+                         double c1, double& share, double& room0, double& room1) noexcept {
+    const Excess e = excess(limits, cell_motion(from, to, b0, c0, b1, c1));
+    if (e.jerk > kMost) {
+        good_ = false;
+        share *= larger(0.5, 0.997 / e.jerk);
+        worst_ = larger(worst_, cube_root(e.jerk));
+    }
+    if (e.acceleration > kMost) {
+        good_ = false;
+        const double factor = larger(0.5, 0.998 / e.acceleration);
+        room0 *= factor;
+        room1 *= factor;
+        worst_ = larger(worst_, square_root(e.acceleration));
+    }
+    if (e.speed > kMost) {
+        good_ = false;
+        room0 *= 0.99;
+        room1 *= 0.99;
+        worst_ = larger(worst_, e.speed);
+    }
+}
+
+void WindowPlanner::check(const Limits& limits, Ring<Node>& nodes) noexcept {
+    Node& node = nodes[cursor_];
+    if (cursor_ != target_) {
+        Node& next = nodes[cursor_ + 1];
+        note(limits, node, next, node.trial_b, node.trial_c, next.trial_b, next.trial_c, node.share, node.room,
+             next.room);
+        ++cursor_;
+        return;
+    }
+    double ignored = 1.0;
+    if (resting_ && !fresh_) {
+        Node& base = nodes[base_];
+        note(limits, nodes[base_ - 1], base, 0.0, 0.0, base.trial_b, base.trial_c, start_share_, ignored, ignored);
+        start_jerk_ = start_share_ * ramp_jerk(limits, nodes[base_ - 1], base);
+    }
+    if (!to_end_) {
+        note(limits, node, nodes[window_], node.trial_b, node.trial_c, 0.0, 0.0, target_share_, ignored, ignored);
+        target_jerk_ = target_share_ * ramp_jerk(limits, node, nodes[window_]);
+    }
+    judge(limits, nodes);
+}
+
+void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
+    const bool first_from_rest = resting_ && tries_ == 0;
+    if (good_ && !first_from_rest) {
+        accept(nodes, 1.0);
+        return;
+    }
+    again(limits, nodes);
+}
+
+/// Another try about the last one's speeds, or none.
+void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
+    ++tries_;
+    if (tries_ >= (resting_ ? kTriesFromRest : kTries)) {
+        if (resting_ && sound_ && worst_ < 1e3) {
+            ++counts_.stretched;
+            accept(nodes, worst_ * 1.0001);
+            return;
+        }
+        give_up(nodes);
+        return;
+    }
+    if (sound_) {
+        for (std::uint32_t i = base_; i != target_ + 1; ++i) {
+            Node& node = nodes[i];
+            node.guess = larger(node.trial_b, 1e-6 * node.cap);
+        }
+    } else {
+        guess(limits, nodes);
+        for (std::uint32_t i = base_; i != target_ + 1; ++i) {
+            nodes[i].guess *= 1.0 / (1.0 + tries_);
+        }
+    }
+    cursor_ = target_;
+    stage_ = Stage::backward;
+}
+
+void WindowPlanner::accept(Ring<Node>& nodes, double stretch) noexcept {
+    const double slower = 1.0 / (stretch * stretch);
+    for (std::uint32_t i = base_; i != target_ + 1; ++i) {
+        Node& node = nodes[i];
+        node.b = node.trial_b * slower;
+        node.c = node.trial_c * slower;
+    }
+    ++counts_.plans;
+    in_force_ = true;
+    force_target_ = target_;
+    force_window_ = window_;
+    force_to_end_ = to_end_;
+    start_share_ = target_share_ = 1.0;
+    commit_to(nodes, kCommitShare);
+}
+
+/// No plan: the one in force goes on, or one cell is passed from rest to rest.
+void WindowPlanner::give_up(Ring<Node>& nodes) noexcept {
+    start_share_ = target_share_ = 1.0;
+    if (in_force_ && !resting_) {
+        ++counts_.continued;
+        commit_to(nodes, kContinueShare);
+        return;
+    }
+    crawling_ = true;
+    stage_ = Stage::write;
+}
+
+void WindowPlanner::commit_to(const Ring<Node>& nodes, double share) noexcept {
+    commit_ = force_target_;
+    if (!force_to_end_) {
+        const double s = nodes[base_].s + share * (nodes[window_].s - nodes[base_].s);
+        std::uint32_t m = base_ + 1;
+        while (m < force_target_ && nodes[m].s < s) {
+            ++m;
+        }
+        // A cell short of its end the plan in force is still moving.
+        commit_ = m;
+    }
+    cursor_ = base_;
+    stage_ = Stage::write;
+}
+
+void WindowPlanner::write(const Limits& limits, Ring<Node>& nodes, TrajectoryWriter& writer) noexcept {
+    if (crawling_) {
+        crawling_ = false;
+        ++counts_.crawled;
+        in_force_ = false;
+        stage_ = Stage::wait;
+        const Node& base = nodes[base_];
+        if (fresh_) {
+            writer.flush();
+            crawl(limits, begin_.corner, base.p, writer, item_);
+            fresh_ = false;
+        } else {
+            crawl(limits, nodes[base_ - 1].p, base.p, writer, nodes[base_ - 1].item);
+        }
+        if (base.last) {
+            crawl(limits, base.p, end_.corner, writer, base.item);
+            done_ = true;
+        }
+        ++base_;
+        nodes.forget_before(base_ - 1);
+        return;
+    }
+    if (cursor_ == base_ && resting_) {
+        const Node& base = nodes[base_];
+        if (fresh_) {
+            const double a = 0.5 * base.c;
+            const double t = 2.0 * square_root(base.b) / a;
+            writer.begin({begin_.corner, base.d1, a / t, t, item_}, overlap_);
+        } else {
+            writer.cell(nodes[base_ - 1], base, 0.0, 0.0, base.b, base.c);
+        }
+        fresh_ = resting_ = false;
+        if (cursor_ != commit_) {
+            return;
+        }
+    }
+    if (cursor_ != commit_) {
+        const Node& from = nodes[cursor_];
+        const Node& to = nodes[cursor_ + 1];
+        writer.cell(from, to, from.b, from.c, to.b, to.c);
+        ++counts_.cells;
+        ++cursor_;
+        return;
+    }
+    stage_ = Stage::wait;
+    base_ = commit_;
+    if (commit_ == force_target_) {
+        const Node& node = nodes[commit_];
+        in_force_ = false;
+        if (force_to_end_) {
+            const double a = -0.5 * node.c;
+            const double t = 2.0 * square_root(node.b) / a;
+            writer.end({end_.corner, node.d1, a / t, t, node.item});
+            done_ = true;
+        } else {
+            writer.cell(node, nodes[force_window_], node.b, node.c, 0.0, 0.0);
+            base_ = force_window_ + 1;
+            resting_ = true;
+        }
+    }
+    nodes.forget_before(base_ > nodes.first() ? base_ - 1 : base_);
+}
+
+void WindowPlanner::crawl(const Limits& limits, const Place& from, const Place& to, TrajectoryWriter& writer,
+                          std::uint32_t item) noexcept {
+    // 10 τ³ − 15 τ⁴ + 6 τ⁵ peaks at 15/8, 10/√3 and 60 in its derivatives.
+    const Place step = minus(to, from);
+    double t = 1.875 * length3(step) / limits.speed;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d = absolute(step[k]);
+        if (d > 0.0) {
+            t = larger(t, 1.875 * d / limits.velocity[k]);
+            t = larger(t, square_root(5.7736 * d / limits.acceleration[k]));
+            t = larger(t, cube_root(60.0 * d / limits.jerk[k]));
+        }
+    }
+    writer.straight(from, to, 1.001 * t, item);
+}
+
+}  // namespace sc::trajectory
