@@ -179,6 +179,9 @@ int main(int argc, char** argv) {
     } catch (const sc::sim::WorldError& error) {
         std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
         return kBadInput;
+    } catch (const sc::mps2_an500::SetupError& error) {
+        std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
+        return kBadInput;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
         return kFailed;

@@ -43,7 +43,7 @@ private:
             throw InputError({.file = {},
                               .problem = "the simulated cell refused its input (its message stands above)",
                               .value = {},
-                              .action = "correct the world or the script"});
+                              .action = "correct the world, the script or the image"});
         }
         throw LinkError("the simulated cell ended by itself with code " + std::to_string(code) +
                         ": report this, with its messages above");

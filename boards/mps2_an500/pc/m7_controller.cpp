@@ -6,7 +6,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fstream>
 #include <stdexcept>
+#include <string_view>
 
 #include <sched.h>
 
@@ -73,9 +75,20 @@ std::string halt_text(const FaultRecord& fault) {
     return "the core halted without a record";
 }
 
+/// ELF, 32 bit, little-endian, machine 40.
+bool is_arm_elf(const std::filesystem::path& file) {
+    std::array<char, 20> head{};
+    std::ifstream(file, std::ios::binary).read(head.data(), head.size());
+    const std::string_view text(head.data(), head.size());
+    return text.starts_with("\177ELF\1\1") && text[18] == 40 && text[19] == 0;
+}
+
 std::filesystem::path checked(const std::filesystem::path& image) {
     if (!std::filesystem::is_regular_file(image)) {
-        throw std::runtime_error("there is no image for the Cortex-M7 at " + image.string() + "; " + kHowToBuild);
+        throw SetupError("there is no image for the Cortex-M7 at " + image.string() + "; " + kHowToBuild);
+    }
+    if (!is_arm_elf(image)) {
+        throw SetupError(image.string() + " is no image for the Cortex-M7: no ELF file for Arm; " + kHowToBuild);
     }
     return image;
 }
@@ -120,7 +133,7 @@ std::filesystem::path find_image() {
         folder = folder.parent_path();
     }
     if (!folder.has_relative_path()) {
-        throw std::runtime_error(std::string("there is no image for the Cortex-M7 (") + kImage + "); " + kHowToBuild);
+        throw SetupError(std::string("there is no image for the Cortex-M7 (") + kImage + "); " + kHowToBuild);
     }
     return folder / kImage;
 }
@@ -149,10 +162,10 @@ void M7Controller::check_identity() const {
     const SharedRam& ram = shared_->ram();
     if (ram.core_magic != kCoreMagic || ram.core_layout_version != kLayoutVersion ||
         ram.schema_hash != link::kSchemaHash || ram.build_id != kBuildId) {
-        throw std::runtime_error("the image " + options_.image.string() + " (layout " +
-                                 std::to_string(ram.core_layout_version) + ", build " + hex(ram.build_id) +
-                                 ") does not belong to this program (layout " + std::to_string(kLayoutVersion) +
-                                 ", build " + hex(kBuildId) + "): they are of different sources; " + kHowToBuild);
+        throw SetupError("the image " + options_.image.string() + " (layout " +
+                         std::to_string(ram.core_layout_version) + ", build " + hex(ram.build_id) +
+                         ") does not belong to this program (layout " + std::to_string(kLayoutVersion) + ", build " +
+                         hex(kBuildId) + "): they are of different sources; " + kHowToBuild);
     }
 }
 

@@ -22,15 +22,15 @@ struct M7Options {
 };
 
 /// The image that the preset `m7` makes: below $SCRIBECELL_ROOT, or below the nearest folder above this program that
-/// has one. Throws std::runtime_error that says how to build it.
+/// has one. Throws SetupError that says how to build it.
 [[nodiscard]] std::filesystem::path find_image();
 
 /// The controller on a Cortex-M7 in QEMU, in lock-step through the board's shared RAM. One thread; the thread that
 /// makes it must outlive it. A tick costs its instructions at some 200 million a second, and some microseconds.
 class M7Controller final : public sim::ControllerHost {
 public:
-    /// Starts QEMU and waits until the core is ready. Throws std::runtime_error when the image or QEMU is missing, or
-    /// the image was built from other sources than this program.
+    /// Starts QEMU and waits until the core is ready. Throws SetupError when the image or QEMU is missing, the image is
+    /// none or was built from other sources than this program; and what tick() throws.
     M7Controller(const M7Options& options, const MachineConfig& machine, std::uint32_t boot_id);
 
     /// Throws std::runtime_error when QEMU has ended, the core does not answer in time, has halted with a fault record,

@@ -5,7 +5,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <stdexcept>
 
 #include <fcntl.h>
 #include <sys/prctl.h>
@@ -36,8 +35,8 @@ std::string end_text(int status) {
 }
 
 [[noreturn]] void refuse(const std::string& program, int number) {
-    throw std::runtime_error("cannot start " + program + ": " + std::strerror(number) +
-                             (number == ENOENT ? "; install the package qemu-system-arm (./run --board m7 does)" : ""));
+    throw SetupError("cannot start " + program + ": " + std::strerror(number) +
+                     (number == ENOENT ? "; install the package qemu-system-arm (./run --board m7 does)" : ""));
 }
 
 }  // namespace

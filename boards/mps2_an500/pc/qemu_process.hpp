@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -10,12 +11,18 @@
 
 namespace sc::mps2_an500 {
 
+/// What is missing or wrong before the core has started: image, QEMU, or that they belong together.
+class SetupError : public std::runtime_error {
+public:
+    using std::runtime_error::runtime_error;
+};
+
 /// qemu-system-arm as a child that ends with its owner: killed by the destructor, and by the kernel when the thread
 /// that started it ends in any other way. In a process group of its own, so that Ctrl-C reaches the owner alone.
 class QemuProcess {
 public:
     /// Starts `program` (looked up in PATH when it holds no slash) with `arguments`. Its stderr is ours, its stdin and
-    /// stdout are closed. Throws std::runtime_error when it cannot be started.
+    /// stdout are closed. Throws SetupError when it cannot be started.
     QemuProcess(const std::string& program, const std::vector<std::string>& arguments);
     QemuProcess(const QemuProcess&) = delete;
     QemuProcess& operator=(const QemuProcess&) = delete;

@@ -24,6 +24,8 @@ using std::chrono::milliseconds;
 std::string failure_of(const std::function<void()>& work) {
     try {
         work();
+    } catch (const SetupError& error) {
+        return std::string("setup: ") + error.what();
     } catch (const std::runtime_error& error) {
         return error.what();
     }
@@ -44,7 +46,7 @@ protected:
     }
     static M7Options options() {
         M7Options options = image_under_test();
-        options.stall_timeout = milliseconds(1500);
+        options.stall_timeout = milliseconds(4000);
         return options;
     }
     M7Controller core_{options(), reference_machine(), 1};
@@ -61,7 +63,7 @@ TEST_F(Core, KilledQemuIsNoticed) {
 TEST_F(Core, StoppedQemuIsNoticed) {
     tick();
     ::kill(core_.process(), SIGSTOP);
-    expect_parts(failure_of([this] { tick(); }), {"has not answered for 1500 ms", "try again"});
+    expect_parts(failure_of([this] { tick(); }), {"has not answered for 4000 ms", "try again"});
 }
 
 TEST_F(Core, LeavesAFaultRecord) {
@@ -110,19 +112,19 @@ TEST(M7Start, RefusesWhatIsNotThere) {
     M7Options options = image_under_test();
     options.image = "/nonexistent/image.elf";
     const auto start = [&options] { const M7Controller core(options, reference_machine(), 1); };
-    expect_parts(failure_of(start), {"no image", "/nonexistent/image.elf", "cmake --preset m7"});
+    expect_parts(failure_of(start), {"setup: ", "no image", "/nonexistent/image.elf", "cmake --preset m7"});
     options = image_under_test();
     options.qemu = "qemu-system-nowhere";
-    expect_parts(failure_of(start), {"qemu-system-nowhere", "install the package"});
+    expect_parts(failure_of(start), {"setup: ", "qemu-system-nowhere", "install the package"});
 }
 
 TEST(M7Start, RefusesAFileThatIsNoImage) {
     const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "no_image.elf";
     std::ofstream(file) << "no image";
-    M7Options options{.image = file, .stall_timeout = milliseconds(2000)};
+    const M7Options options{.image = file};
     const std::string text = failure_of([&options] { const M7Controller core(options, reference_machine(), 1); });
     std::filesystem::remove(file);
-    expect_parts(text, {"try again"});
+    expect_parts(text, {"no_image.elf", "no ELF file for Arm", "cmake --preset m7"});
 }
 
 TEST(M7Start, RefusesAnImageOfOtherSources) {
@@ -140,7 +142,7 @@ TEST(M7Start, RefusesAnImageOfOtherSources) {
     const M7Options options{.image = file};
     const std::string text = failure_of([&options] { const M7Controller core(options, reference_machine(), 1); });
     std::filesystem::remove(file);
-    expect_parts(text, {"does not belong to this program", "different sources", "cmake --preset m7"});
+    expect_parts(text, {"setup: ", "does not belong to this program", "different sources", "cmake --preset m7"});
 }
 
 TEST(M7Start, MachineThatTheCoreCannotTakeHaltsIt) {

@@ -47,6 +47,10 @@ TEST(ScribeOnM7, RefusesWhatCannotBeBeforeAnythingMoves) {
     Program no_image("scribecell", {"scribe", "--board", "m7", "--m7-image", "nowhere.elf"});
     EXPECT_EQ(no_image.wait(), 2);
     EXPECT_NE(no_image.err().find("nowhere.elf"), std::string::npos) << no_image.err();
+    const std::string not_arm = "/proc/self/exe";
+    Program wrong_image("scribecell", {"scribe", "--board", "m7", "--m7-image", not_arm});
+    EXPECT_EQ(wrong_image.wait(), 2);
+    EXPECT_NE(wrong_image.err().find("no ELF file for Arm"), std::string::npos) << wrong_image.err();
     Program no_sim("scribecell", {"scribe", "--board", "m7", "--link", "tcp:127.0.0.1:1"});
     EXPECT_EQ(no_sim.wait(), 2);
     EXPECT_NE(no_sim.err().find("--board"), std::string::npos) << no_sim.err();
