@@ -18,7 +18,7 @@ constexpr const char* kExamples = R"(Examples:
       all that a cell's controller emitted: speed, acceleration, jerk of axes and mirrors, travel, keep-out, states
   scribecell check motion.csv --path line.csv --tolerance 0.01 --limits 0.2,5,200
       one motion, rest to rest, and how far it leaves the polyline that it was to follow
-  scribecell check run1/samples.trace --ticks 5221:5242 --json
+  scribecell check run1/samples.trace --ticks 5317:5592 --json
       a stretch of a trace as one motion; one JSON object
 
 Only the emitted samples are judged, by their differences; the planner is not asked.

@@ -200,7 +200,8 @@ void describe_check(CLI::App& app, CheckOptions& o) {
     app.add_flag("--may-return", o.may_return, "the motion may go back along the polyline, as after a hold");
     optional_option(app, "--travel", o.travel, "of X, Y, Z, m")->type_name("x0,x1,y0,y1,z0,z1");
     app.add_option("--keep-out", o.keep_out, "a volume not to be entered, m; may be given again")
-        ->type_name("x0,y0,z0,x1,y1,z1");
+        ->type_name("x0,y0,z0,x1,y1,z1")
+        ->allow_extra_args(false);
     optional_option(app, "--ticks", o.ticks, "only these ticks, as one motion from rest to rest")->type_name("FROM:TO");
     app.add_option("--allow", o.allow, "ratio to a limit up to which speed, acceleration and jerk pass")
         ->type_name("FACTOR")

@@ -21,7 +21,7 @@ constexpr const char* kExamples = R"(Examples:
       speed, acceleration, jerk and deviation over time, with their limits; what is broken is marked
   scribecell plot run1/samples.trace
       a whole run of a cell, as run1/samples.trace.svg
-  scribecell plot run1/samples.trace --ticks 5221:5242 -o line.svg
+  scribecell plot run1/samples.trace --ticks 5317:5592 -o line.svg
       a stretch of it
 
 Exit codes: 0 drawn (also if a limit is broken: ask `scribecell check`); 2 bad input or usage.)";

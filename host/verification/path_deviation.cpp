@@ -13,7 +13,7 @@ namespace sc::host {
 
 namespace {
 
-constexpr std::size_t kMostCells = 20'000'000;
+constexpr std::size_t kMostCells = 10'000'000;
 /// Places are kept to 1000 m, as a motion trace is.
 constexpr double kFarthest = 1e3;
 /// Half a picometre in each direction, of a sample and of a point of the path.
@@ -166,17 +166,17 @@ public:
                 advance();
             }
             if (cells_.size() > kMostCells) {
-                throw InputError(
-                    {.problem = "the path is too dense for its tolerance, matching takes too much memory at its point",
-                     .value = std::to_string(rows_.back().segment),
-                     .action = "thin the path out, or give a smaller tolerance"});
+                overfull_ = true;
+                return;
             }
         }
     }
+    /// Given up: too many places to keep.
+    [[nodiscard]] bool overfull() const noexcept { return overfull_; }
     [[nodiscard]] bool complete() const noexcept {
         const Row& row = rows_.back();
-        return rows_.size() == track_->size() && row.count > 0 && row.segment + row.count == path_->segments() &&
-               cells_.back().to >= 1.0;
+        return !overfull_ && rows_.size() == track_->size() && row.count > 0 &&
+               row.segment + row.count == path_->segments() && cells_.back().to >= 1.0;
     }
     /// Rows that have a place.
     [[nodiscard]] std::size_t alive() const noexcept { return rows_.size() - (rows_.back().count == 0 ? 1 : 0); }
@@ -329,6 +329,7 @@ private:
     double radius_;
     double cover_;
     bool may_return_;
+    bool overfull_ = false;
     std::vector<Row> rows_;
     std::vector<Cell> cells_;
 };
@@ -439,21 +440,28 @@ PathDeviation path_deviation(std::span<const AxisPositions> samples, std::span<c
     double radius = tolerance.tolerance * kPmPerMetre + kRoundingPm;
     double cover = tolerance.cover * kPmPerMetre + kRoundingPm;
     const bool starts = out.start_gap * kPmPerMetre <= radius;
-    for (int i = 0;; ++i) {
-        Matching matching(line, track, radius, cover, tolerance.may_return);
-        out.matched = matching.complete();
-        if (out.matched) {
-            out.followed = i == 0 && starts;
-            measure(tightened(std::move(matching), line, track, cover, tolerance.may_return), line, track, out);
-            break;
-        }
-        if (i == kLoosenings) {
-            measure(matching, line, track, out);
-            measure_loss(matching, line, track, out);
-            break;
-        }
+    Matching matching(line, track, radius, cover, tolerance.may_return);
+    if (matching.overfull()) {
+        throw InputError({.problem = "the path is too dense for its tolerance, matching takes too much memory",
+                          .value = std::to_string(path.size()) + " points",
+                          .action = "thin the path out, or give a smaller tolerance"});
+    }
+    out.followed = matching.complete() && starts;
+    for (int i = 0; i < kLoosenings && !matching.complete(); ++i) {
         radius *= kLoosening;
         cover *= kLoosening;
+        Matching looser(line, track, radius, cover, tolerance.may_return);
+        if (looser.overfull()) {
+            break;
+        }
+        matching = std::move(looser);
+    }
+    out.matched = matching.complete();
+    if (out.matched) {
+        measure(tightened(std::move(matching), line, track, cover, tolerance.may_return), line, track, out);
+    } else {
+        measure(matching, line, track, out);
+        measure_loss(matching, line, track, out);
     }
     spread(out.of_sample, out.matched ? samples.size() : out.lost_sample);
     return out;

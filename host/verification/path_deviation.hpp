@@ -48,7 +48,7 @@ struct PathDeviation {
 /// X, Y, Z of `samples` in pm; `path` in metres, at least two points, taken to the nearest pm. Cost: linear in samples
 /// and points while neighbouring points are no nearer than the tolerance (100 000 samples, 20 000 points: 0.1 s); each
 /// sample costs as many steps as segments lie within the tolerance of it. Samples that stand still cost nothing. Throws
-/// InputError for fewer points, for points that are no place and when it would take over 300 MB.
+/// InputError for fewer points, for points that are no place and when the decision would take over 150 MB.
 [[nodiscard]] PathDeviation path_deviation(std::span<const AxisPositions> samples, std::span<const Vec3> path,
                                            const PathTolerance& tolerance);
 

@@ -343,6 +343,12 @@ TEST(PathDeviation, RefusesAPathThatTakesTooMuchMemory) {
         samples.push_back({100 * i, 0, 0, 0});
     }
     EXPECT_THROW((void)path_deviation(samples, path, kUsual), InputError);
+    // With a tolerance that fits, what does not follow is found, though looser ones would not fit.
+    samples.back()[1] = 50'000'000;
+    const PathDeviation found = path_deviation(samples, path, {0.02e-6, 0.03e-6});
+    EXPECT_FALSE(found.followed);
+    EXPECT_FALSE(found.matched);
+    EXPECT_EQ(found.lost_sample, samples.size() - 1);
 }
 
 }  // namespace
