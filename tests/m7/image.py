@@ -5,7 +5,7 @@
 image.py symbols BUILD    no heap, exit, exception or I/O; no mathematics library; of the run-time library only what is
                           listed here, and of double arithmetic in software nothing but conversions of 64-bit integers
 image.py sizes BUILD      code, data and RAM against the limits that boards/mps2_an500/README.md states
-image.py frames BUILD     no function's stack frame beyond the limit stated there, and none of unknown size"""
+image.py frames BUILD     no stack frame of a function in the image beyond the limit stated there, none of unknown size"""
 import re
 import subprocess
 import sys
@@ -48,6 +48,15 @@ def own_objects(build):
     return sorted(build.rglob("*.obj"))
 
 
+def linked_objects(build):
+    """Those objects that the linker has taken, by its map: libraries of ours hold more than the image uses."""
+    text = (build / f"{IMAGE}.map").read_text(encoding="utf-8")
+    taken = set(re.findall(r"lib(\w+)\.a\((\w+\.cpp\.obj)\)", text))
+    program = f"{Path(IMAGE).name}.dir"
+    return [path for path in own_objects(build)
+            if program in path.parts or any(f"{name}.dir" in path.parts and path.name == member for name, member in taken)]
+
+
 def unknown(names, allowed):
     return sorted(name for name in names if name not in allowed and not CXX_NAME.match(name))
 
@@ -78,7 +87,7 @@ def check_sizes(build):
 
 def check_frames(build):
     limit, frames, findings = limits()["frame_bytes"], [], []
-    for path in own_objects(build):
+    for path in linked_objects(build):
         usage = path.with_suffix(".su")
         if not usage.is_file():
             findings.append(f"{path.relative_to(build)}: the compiler left no stack usage beside it")
