@@ -133,6 +133,7 @@ Json result_json(const std::string& file, const Replayer& replayer, const Replay
             {"pulses", result.pulses},
             {"command_trace_sha256", result.command_trace_sha256},
             {"outputs_sha256", result.outputs_sha256},
+            {"inner_sha256", result.inner_sha256},
             {"ticks_per_s", ticks_per_second(result)},
             {"times_real_time", times_real_time(result)},
             {"boot_id", header.boot_id},

@@ -41,6 +41,7 @@ void Replayer::run_tick(ReplayResult& result) {
     outputs_ = &controller_->tick(inputs, reader_.header().plan_units);
     const recording::OutputsDigest digest = digester_.digest(*outputs_);
     images_.update(digester_.image());
+    inner_.add(controller());
     for (const PathPulse& pulse : std::span(outputs_->pulses).first(outputs_->pulses_size)) {
         std::array<std::uint8_t, trace::kCommandRecordSize> bytes{};
         trace::pack(trace::CommandRecord{pulse.path, pulse.pass, pulse.number, pulse.s_pm, pulse.place_pm,
@@ -75,6 +76,7 @@ ReplayResult Replayer::run() {
     result.end_offset = reader_.offset();
     result.command_trace_sha256 = hexadecimal(commands_);
     result.outputs_sha256 = hexadecimal(images_);
+    result.inner_sha256 = inner_.hexadecimal();
     if (controller_) {
         result.first_fault = controller().first_fault();
     }

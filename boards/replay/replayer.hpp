@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "boards/replay/inner_hash.hpp"
 #include "boards/replay/painted_controller.hpp"
 #include "firmware/recording/digest.hpp"
 #include "firmware/recording/log_reader.hpp"
@@ -42,6 +43,7 @@ struct ReplayResult {
     std::uint64_t pulses = 0;
     std::string command_trace_sha256;  ///< over the pulses of the ticks run
     std::string outputs_sha256;        ///< over the packed outputs of the ticks run
+    std::string inner_sha256;          ///< over what was not yet rounded (inner_hash.hpp); the log does not hold it
     safety::FaultRecord first_fault;   ///< the first since the start of the log or the last reset
     double wall_seconds = 0.0;
     double cell_seconds = 0.0;
@@ -81,6 +83,7 @@ private:
     const ServoOutputs* outputs_ = nullptr;
     Sha256 commands_;
     Sha256 images_;
+    InnerHash inner_;
 };
 
 }  // namespace sc::replay

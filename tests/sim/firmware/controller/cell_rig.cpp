@@ -15,6 +15,7 @@ CellRig::CellRig(const Options& options) : options_(options) {
     cell.world = std::string(SC_SOURCE_DIR) + "/boards/sim/world/default/world.toml";
     cell.script = sim::parse_fault_script(options.script, "script");
     cell.baud = options.baud;
+    cell.record = options.record;
     cell.controller = options.controller;
     cell.on_pulse = [this](const trace::PulseRecord& pulse) { pulses_.push_back(pulse); };
     cell_ = std::make_unique<sim::SimCell>(cell);
@@ -118,6 +119,23 @@ void CellRig::connect() {
 link::CommandReply CellRig::command(link::Verb verb, std::int32_t arg0, std::int32_t arg1, std::int32_t arg2) {
     const std::uint32_t sequence = ++sequence_;
     send(link::Command{sequence, static_cast<std::uint8_t>(verb), arg0, arg1, arg2});
+    return reply_to(sequence);
+}
+
+link::CommandReply CellRig::set_compensation(const Compensation& compensation) {
+    link::SetCompensation message;
+    message.sequence = ++sequence_;
+    for (std::size_t i = 0; i < 9; ++i) {
+        message.axis_matrix[i] = compensation.axis_from_h.row[i / 3][i % 3];
+    }
+    message.axis_offset = {compensation.axis_offset.x, compensation.axis_offset.y, compensation.axis_offset.z};
+    message.galvo_matrix = compensation.galvo_from_field;
+    message.galvo_offset = compensation.galvo_offset;
+    send(message);
+    return reply_to(message.sequence);
+}
+
+link::CommandReply CellRig::reply_to(std::uint32_t sequence) {
     if (!until([&] { return replies_.contains(sequence); }, 1000)) {
         throw std::runtime_error("no reply");
     }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -28,6 +29,7 @@ public:
         std::size_t items_per_block = 255;
         bool with_default_errors = true;
         std::uint32_t baud = 921'600;
+        std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
         sim::MakeController controller = sim::make_local_controller;
     };
     CellRig() : CellRig(Options{}) {}
@@ -49,6 +51,7 @@ public:
     link::CommandReply command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     /// Enable, home, arm.
     void make_ready();
+    link::CommandReply set_compensation(const Compensation& compensation);
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }
@@ -65,6 +68,7 @@ public:
 private:
     void tick();
     void pump();
+    link::CommandReply reply_to(std::uint32_t sequence);
     template <class Message>
     void send(const Message& message);
     void receive();
