@@ -98,6 +98,7 @@ private:
     void begin_path(const PathBegin& begin) noexcept;
     void feed(ItemQueue& items) noexcept;
     void add_point(const PathPoint& point, std::uint32_t item) noexcept;
+    void check_end() noexcept;
     void refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept;
     [[nodiscard]] bool in_travel(const motion::Place& place, std::uint32_t item) noexcept;
     void begin_stage_move(const motion::Place& to, Phase phase) noexcept;
@@ -128,6 +129,7 @@ private:
     bool stopping_ = false;
     bool waiting_ = false;
     bool path_closed_ = false;  ///< the path's end has come
+    bool end_checked_ = false;  ///< and lies within the travel, with its run-out
     std::int64_t tick_ = 0;
     std::int64_t phase_tick_ = 0;  ///< tick at which the phase's time began
     std::int64_t rest_ticks_ = 0;  ///< ticks since the stage last moved

@@ -6,11 +6,26 @@
 namespace sc::laser {
 namespace {
 
-constexpr double kExact = 1e-12;  // m: the place of a pulse is solved to this
-constexpr int kFastSteps = 5;
+constexpr double kExact = 1e-12;  // m: the place of a pulse is solved to this, slowly
+/// m: so near, one step more leaves an error of the order (1e-9)² · acceleration / speed², below 1e-10 m.
+constexpr double kOneStepMore = 1e-9;
+constexpr double kFast = 20e-3;       // m/s: for kOneStepMore
+constexpr double kGroupError = 1e-9;  // m: allowed between the pulses of a group that are solved
+constexpr std::uint32_t kMostInGroup = 16;
+constexpr std::array<double, kMostInGroup> kInverse = [] {
+    std::array<double, kMostInGroup> inverse{};
+    for (std::size_t i = 1; i < inverse.size(); ++i) {
+        inverse[i] = 1.0 / static_cast<double>(i);
+    }
+    return inverse;
+}();
+constexpr double kTimeSlack = 1e-9;  // s: rounding where two segments meet
+constexpr int kFastSteps = 4;
 constexpr int kSlowSteps = 60;
-constexpr std::int64_t kRunTolerance = 512;  // 1/256 ns: 2 ns, 4 nm at 2 m/s
-constexpr double kEndSlack = 1e-9;           // m: a pulse this near beyond the end still belongs to the path
+constexpr std::int32_t kRunTolerance = 1280;  // 1/256 ns: 5 ns, 10 nm at 2 m/s
+constexpr double kEndSlack = 1e-9;            // m: a pulse this near beyond the end still belongs to the path
+
+std::size_t smaller_size(std::size_t a, std::size_t b) noexcept { return a < b ? a : b; }
 
 }  // namespace
 
@@ -21,29 +36,6 @@ FiringRule::FiringRule(const PulseSpec& spec) noexcept
       prr_top_(spec.prr_nominal * (1.0 + 1e-9)),
       code_per_hz_(spec.energy / spec.power * 255.0) {}
 
-Firing FiringRule::at(double speed, std::uint8_t pick_hint) const noexcept {
-    Firing firing;
-    if (!(speed >= speed_min_)) {
-        return firing;
-    }
-    const double rate = speed * rate_per_speed_;
-    std::uint32_t pick = pick_hint;
-    while (pick < 255 && rate * static_cast<double>(pick + 1) <= prr_top_) {
-        ++pick;
-    }
-    while (pick > 1 && rate * static_cast<double>(pick) > prr_top_) {
-        --pick;
-    }
-    const double prr = rate * static_cast<double>(pick);
-    firing.pick = static_cast<std::uint8_t>(pick);
-    if (prr < prr_min_ || prr > prr_top_ * 1.0001) {
-        return firing;
-    }
-    firing.power = static_cast<std::uint8_t>(nearest32(clamped(prr * code_per_hz_, 0.0, 255.0)));
-    firing.possible = firing.power > 0;
-    return firing;
-}
-
 Firing firing_at(double speed, const PulseSpec& spec) noexcept { return FiringRule(spec).at(speed, 1); }
 
 void PulsePlacer::open(const PulseSpec& spec) noexcept {
@@ -51,157 +43,233 @@ void PulsePlacer::open(const PulseSpec& spec) noexcept {
     spec_ = spec;
     rule_ = FiringRule(spec);
     pitch_pm_ = nearest(spec.pitch * kPmPerMetre);
+    per_pitch_ = 1.0 / spec.pitch;
 }
 
-bool PulsePlacer::done(const motion::Planner& planner) const noexcept {
-    return planner.builder().finished() && next_distance(planner) > planner.builder().mark_end() + kEndSlack;
-}
+bool PulsePlacer::done(const motion::Planner& planner) const noexcept { return next_ >= pulses_of(planner); }
 
-PulsePlacer::Solved PulsePlacer::evaluate(const motion::Segment& segment, double t) const noexcept {
-    Solved s;
-    s.time = t;
-    s.way = segment.way(t);
-    s.speed = segment.speed(t) * segment.element->stretch(s.way);
-    return s;
-}
-
-PulsePlacer::Solved PulsePlacer::solve(const motion::Segment& segment, double length, double low,
-                                       double high) noexcept {
-    // Newton from where the last pulse's speed puts it; 1/speed is refined along with it instead of divided anew.
-    double t = clamped(last_time_ + spec_.pitch * slowness_, low, high);
-    for (int i = 0; i < kFastSteps; ++i) {
-        const Solved s = evaluate(segment, t);
-        const double error = segment.element->length_to(s.way) - length;
-        const double ratio = s.speed * slowness_;
-        if (!(ratio > 0.5 && ratio < 1.5)) {
-            break;
-        }
-        slowness_ = slowness_ * (2.0 - ratio);
-        if (absolute(error) < kExact) {
-            return s;
-        }
-        t = t - error * slowness_;
-        if (!(t >= low && t <= high)) {
-            break;
-        }
+std::uint32_t PulsePlacer::pulses_of(const motion::Planner& planner) const noexcept {
+    if (!planner.builder().finished()) {
+        return 0xFFFF'FFFFU;
     }
-    const Solved s = solve_slowly(segment, length, low, high);
-    slowness_ = s.speed > 0.0 ? 1.0 / s.speed : 0.0;
-    return s;
+    const double marked = planner.builder().mark_end() + kEndSlack - planner.builder().mark_begin();
+    return static_cast<std::uint32_t>(clamped(marked / spec_.pitch, -1.0, 4e9) + 1.0);
 }
 
 PulsePlacer::Solved PulsePlacer::solve_slowly(const motion::Segment& segment, double length, double low,
                                               double high) noexcept {
     // The length rises with time over [low, high]: Newton, kept inside a shrinking bracket.
-    Solved s = evaluate(segment, high);
-    for (int i = 0; i < kSlowSteps; ++i) {
-        const double error = segment.element->length_to(s.way) - length;
-        if (absolute(error) < kExact) {
-            break;
+    const motion::Element& element = *segment.element;
+    double t = high;
+    for (int i = 0;; ++i) {
+        const double way = segment.way(t);
+        const double speed = segment.speed(t) * element.stretch(way);
+        const double error = element.length_to(way) - length;
+        if (absolute(error) < kExact || i == kSlowSteps) {
+            return {t, speed};
         }
-        (error > 0.0 ? high : low) = s.time;
-        double next = s.speed > 0.0 ? s.time - error / s.speed : low;
+        (error > 0.0 ? high : low) = t;
+        double next = speed > 0.0 ? t - error / speed : low;
         if (!(next > low && next < high)) {
             next = 0.5 * (low + high);
         }
-        s = evaluate(segment, next);
+        t = next;
     }
+}
+
+PulsePlacer::Solved PulsePlacer::solve(const motion::Segment& segment, double length, double low,
+                                       double guess) noexcept {
+    // Newton; 1/speed is refined along with it instead of divided anew.
+    const motion::Element& element = *segment.element;
+    double t = guess;
+    for (int i = 0; i < kFastSteps; ++i) {
+        const double way = segment.way(t);
+        const double speed = segment.speed(t) * element.stretch(way);
+        const double error = element.length_to(way) - length;
+        slowness_ = slowness_ * (2.0 - speed * slowness_);
+        t = t - error * slowness_;
+        if (!(t >= low - kTimeSlack && t <= segment.end + kTimeSlack)) {
+            break;
+        }
+        if (absolute(error) < kOneStepMore && speed > kFast) {
+            slowness_ = slowness_ * (2.0 - speed * slowness_);
+            return {t, speed};
+        }
+    }
+    const Solved s = solve_slowly(segment, length, larger(low, segment.begin), segment.end);
+    slowness_ = s.speed > 0.0 ? 1.0 / s.speed : 0.0;
     return s;
 }
 
-void PulsePlacer::trigger(std::int64_t t_ns256, double speed, const Firing& firing, ServoOutputs& out) noexcept {
-    if (out.laser_size > 0) {
-        LaserRun& run = out.laser[out.laser_size - 1];
-        const bool same = run.pick == firing.pick && run.power == firing.power;
-        bool taken = false;
-        if (same && run.count == 1) {
-            run.period_ns256 = t_ns256 - run.t0_ns * 256;
-            step_ = run.period_ns256;
-            expected_ = t_ns256;
-            taken = true;
-        } else if (same && run.count == 2) {
-            run.change_ns256 = nearest32(static_cast<double>(t_ns256 - last_trigger_ - run.period_ns256));
-            step_ = run.period_ns256 + run.change_ns256;
-            taken = last_trigger_ + step_ == t_ns256;  // unless the change had to be clamped
-            run.change_ns256 = taken ? run.change_ns256 : 0;
-        } else if (same && run.count < 0xFFFF) {
-            const std::int64_t error = expected_ + step_ + run.change_ns256 - t_ns256;
-            taken = error <= kRunTolerance && error >= -kRunTolerance;
-            step_ += taken ? run.change_ns256 : 0;
-        }
-        if (taken) {
-            expected_ += run.count > 1 ? step_ : 0;
-            ++run.count;
-            last_trigger_ = t_ns256;
-            return;
+PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double length, std::uint32_t count,
+                                      double low) noexcept {
+    const motion::Element& element = *segment.element;
+    const double pitch = spec_.pitch;
+    const Solved first = solve(segment, length, low, last_time_ + pitch * slowness_);
+    const double slope = pitch * slowness_;
+    Group g{1, first.time, slope, 0.0, 0.0, first.speed, 0.0};
+    last_time_ = first.time;
+    std::uint32_t tried = first.speed > kFast ? (count < group_ ? count : group_) : 1;
+    group_ = tried == group_ && group_ < kMostInGroup ? group_ * 2 : group_;
+    for (; tried > 1; tried = tried / 2, group_ = tried) {
+        const double n = static_cast<double>(tried - 1);
+        const Solved last = solve(segment, length + n * pitch, first.time, first.time + n * slope);
+        last_time_ = last.time;
+        const double per_n = kInverse[tried - 1];
+        const double mean = (last.time - first.time) * per_n;
+        const double end_slope = pitch * slowness_;
+        g.count = tried;
+        g.t2 = (3.0 * mean - 2.0 * slope - end_slope) * per_n;
+        g.t3 = (slope + end_slope - 2.0 * mean) * per_n * per_n;
+        g.speed_change = (last.speed - first.speed) * per_n;
+        const double middle = 0.5 * n;
+        const double error = element.length_to(segment.way(g.time(middle))) - (length + middle * pitch);
+        if (tried == 2 || absolute(error) < kGroupError) {
+            return g;
         }
     }
-    LaserRun& run = out.laser[out.laser_size];
-    ++out.laser_size;
-    run.t0_ns = (t_ns256 + 128) >> 8U;
-    // A run of one still tells the source its rate.
-    run.period_ns256 = nearest(spec_.pitch / larger(speed, spec_.speed_min) * 256e9);
-    run.change_ns256 = 0;
-    run.count = 1;
-    run.pick = firing.pick;
-    run.power = firing.power;
-    last_trigger_ = t_ns256;
+    g.count = 1;
+    group_ = group_ > 2 ? group_ : 2;
+    return g;
 }
 
-void PulsePlacer::emit(const motion::Segment& segment, const Solved& solved, std::int64_t t_ns256, std::int64_t t_ns,
-                       ServoOutputs& out) noexcept {
-    const Firing firing = rule_.at(solved.speed, last_pick_);
-    if (!firing.possible) {
-        ++withheld_;
+bool PulsePlacer::trigger(const Group& group, std::uint32_t begin, std::uint32_t count, const Firing& firing,
+                          ServoOutputs& out) noexcept {
+    // In 1/256 ns since the window's start, which 32 bits hold for 8 ms. Trigger k of a run leaves at
+    // t0 + k · period + k (k − 1) / 2 · change; t0 is a whole ns, the second and the last pulse are met.
+    const auto at = [&](std::uint32_t k) noexcept {
+        return nearest32_within((group.time(static_cast<double>(begin + k)) - window_) * 256e9);
+    };
+    const std::int32_t t0_ns = (at(0) + 128) >> 8U;
+    const std::int32_t t0 = t0_ns * 256;
+    std::int32_t period = 0;
+    std::int32_t change = 0;
+    if (count == 1) {
+        // Still tells the source its rate.
+        period = nearest32(spec_.pitch / larger(group.speed, spec_.speed_min) * 256e9);
+    } else {
+        period = at(1) - t0;
+    }
+    if (count > 2) {
+        const auto last = static_cast<std::int32_t>(count - 1);
+        const std::int32_t rest = at(count - 1) - t0 - last * period;
+        change = nearest32_within(static_cast<double>(2 * rest) * kInverse[count - 1] * kInverse[count - 2]);
+        const std::int32_t middle = last / 2 + 1;
+        const std::int32_t error =
+            t0 + middle * period + (middle * (middle - 1) / 2) * change - at(static_cast<std::uint32_t>(middle));
+        if (error > kRunTolerance || error < -kRunTolerance) {
+            return false;
+        }
+    }
+    out.laser[out.laser_size] = {window_ns_ + act_ns_ + t0_ns,
+                                 period,
+                                 change,
+                                 static_cast<std::uint16_t>(count),
+                                 static_cast<std::uint8_t>(firing.pick),
+                                 static_cast<std::uint8_t>(firing.power)};
+    ++out.laser_size;
+    return true;
+}
+
+void PulsePlacer::write(const motion::Segment& segment, const Group& group, const Firing& firing,
+                        ServoOutputs& out) noexcept {
+    const motion::Element& element = *segment.element;
+    PathPulse* pulse = &out.pulses[out.pulses_size];
+    std::int64_t s_pm = pitch_pm_ * static_cast<std::int64_t>(next_);
+    double n = 0.0;
+    for (std::uint32_t i = 0; i < group.count; ++i) {
+        const double t = group.time(n);
+        const double way = segment.way(t);
+        const double bent = element.bent(way);
+        pulse->path = spec_.path;
+        pulse->pass = spec_.pass;
+        pulse->energy_code = static_cast<std::uint8_t>(firing.power);
+        pulse->number = next_ + i;
+        pulse->s_pm = s_pm;
+        pulse->place_pm = {nearest_within(element.axis(0, way, bent) * kPmPerMetre),
+                           nearest_within(element.axis(1, way, bent) * kPmPerMetre),
+                           nearest_within(element.axis(2, way, bent) * kPmPerMetre)};
+        pulse->t_ns = window_ns_ + nearest32_within((t - window_) * 1e9);
+        s_pm += pitch_pm_;
+        n = n + 1.0;
+        ++pulse;
+    }
+    next_ += group.count;
+    out.pulses_size += group.count;
+}
+
+void PulsePlacer::place_group(const motion::Segment& segment, const Group& group, ServoOutputs& out) noexcept {
+    const Firing first = rule_.at(group.speed, pick_);
+    const Firing last = rule_.at(group.speed + static_cast<double>(group.count - 1) * group.speed_change, first.pick);
+    last_item_ = segment.element->item;
+    if (first.possible && last.possible && first.pick == last.pick && first.power == last.power) {
+        pick_ = first.pick;
+        std::uint32_t length = group.count;
+        for (std::uint32_t begin = 0; begin < group.count;) {
+            const std::uint32_t rest = group.count - begin;
+            const std::uint32_t count = length < rest ? length : rest;
+            if (trigger(group, begin, count, first, out)) {
+                begin += count;
+            } else {
+                length = (count + 1) / 2;
+            }
+        }
+        write(segment, group, first, out);
         return;
     }
-    last_pick_ = firing.pick;
-    const motion::Element& element = *segment.element;
-    const double bent = element.bent(solved.way);
-    PathPulse& pulse = out.pulses[out.pulses_size];
-    ++out.pulses_size;
-    pulse.path = spec_.path;
-    pulse.pass = spec_.pass;
-    pulse.energy_code = firing.power;
-    pulse.number = next_;
-    pulse.s_pm = pitch_pm_ * static_cast<std::int64_t>(next_);
-    for (std::size_t i = 0; i < pulse.place_pm.size(); ++i) {
-        pulse.place_pm[i] = nearest(element.axis(i, solved.way, bent) * kPmPerMetre);
+    for (std::uint32_t i = 0; i < group.count; ++i) {
+        const double n = static_cast<double>(i);
+        const Group one{1, group.time(n), 0.0, 0.0, 0.0, group.speed + n * group.speed_change, 0.0};
+        const Firing firing = rule_.at(one.speed, pick_);
+        pick_ = firing.pick;
+        if (firing.possible && trigger(one, 0, 1, firing, out)) {
+            write(segment, one, firing, out);
+        } else {
+            ++withheld_;
+            ++next_;
+        }
     }
-    pulse.t_ns = t_ns;
-    last_item_ = element.item;
-    trigger(t_ns256, solved.speed, firing, out);
+}
+
+void PulsePlacer::fill(const motion::Segment& segment, double low, double high, ServoOutputs& out) noexcept {
+    const motion::Element& element = *segment.element;
+    const double offset = mark_begin_ - element.distance;
+    const double length_at_end = element.length_to(segment.way(smaller(segment.end, high)));
+    const double behind = clamped((length_at_end - offset) * per_pitch_ + 1.0, 0.0, 4e9);
+    std::uint32_t end = static_cast<std::uint32_t>(behind);
+    end = end < pulses_ ? end : pulses_;
+    while (next_ < end) {
+        const std::size_t room = smaller_size(out.pulses.size() - out.pulses_size, out.laser.size() - out.laser_size);
+        if (room == 0) {
+            return;
+        }
+        const std::uint32_t count = end - next_;
+        const double length = offset + static_cast<double>(next_) * spec_.pitch;
+        const Group g = group(segment, length, count < room ? count : static_cast<std::uint32_t>(room), low);
+        low = last_time_;
+        place_group(segment, g, out);
+    }
 }
 
 void PulsePlacer::place(const motion::Planner& planner, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
                         ServoOutputs& out) noexcept {
-    const double from = static_cast<double>(from_ns) * 1e-9;
-    double low = larger(larger(from, last_time_), planner.rearm_time());
+    window_ns_ = from_ns;
+    window_ = static_cast<double>(from_ns) * 1e-9;
+    act_ns_ = act_ns;
+    const double low = larger(larger(window_, last_time_), planner.rearm_time());
     const double high = smaller(static_cast<double>(to_ns) * 1e-9, planner.stop_time());
     if (!(low < high) || planner.law().empty()) {
         return;
     }
+    mark_begin_ = planner.builder().mark_begin();
+    pulses_ = pulses_of(planner);
     motion::Segment segment = planner.segment(low, hint_);
-    double length_at_end = segment.element->length_to(segment.way(segment.last));
-    while (!done(planner) && out.pulses_size < out.pulses.size() && out.laser_size < out.laser.size()) {
-        const double distance = next_distance(planner);
-        while (distance - segment.element->distance > length_at_end) {
-            if (segment.end >= high) {
-                return;
-            }
-            segment = planner.segment(segment.end, hint_);
-            length_at_end = segment.element->length_to(segment.way(segment.last));
-        }
-        const Solved solved =
-            solve(segment, distance - segment.element->distance, larger(low, segment.begin), segment.last);
-        if (solved.time >= high) {
+    while (segment.moving) {
+        fill(segment, larger(low, segment.begin), high, out);
+        if (segment.end >= high) {
             return;
         }
-        const double since = solved.time - from;
-        emit(segment, solved, (from_ns + act_ns) * 256 + nearest32(since * 256e9), from_ns + nearest32(since * 1e9),
-             out);
-        low = last_time_ = solved.time;
-        ++next_;
+        segment = planner.segment(segment.end, hint_);
     }
 }
 

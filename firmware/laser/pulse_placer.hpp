@@ -7,6 +7,7 @@
 
 #include "firmware/hal/io.hpp"
 #include "firmware/motion/planner.hpp"
+#include "shared/math/scalar.hpp"
 
 /// Pulses at equal distance along the path. Pulse k of a pass belongs at mark begin + k · pitch; the time at which the
 /// planned beam is there is solved from the time law, so pitch does not depend on speed, and nothing is accumulated
@@ -30,8 +31,8 @@ struct PulseSpec {
 
 /// How a pulse is made at a beam speed.
 struct Firing {
-    std::uint8_t pick = 1;
-    std::uint8_t power = 0;
+    std::uint32_t pick = 1;   ///< 1 … 255
+    std::uint32_t power = 0;  ///< 0 … 255
     bool possible = false;
 };
 
@@ -41,9 +42,30 @@ public:
     FiringRule() noexcept = default;
     explicit FiringRule(const PulseSpec& spec) noexcept;
     /// What is made at `speed`; `pick_hint` ≥ 1, where to look first, changes the cost and not the result.
-    [[nodiscard]] Firing at(double speed, std::uint8_t pick_hint) const noexcept;
+    [[nodiscard]] Firing at(double speed, std::uint32_t pick_hint) const noexcept {
+        Firing firing;
+        if (!(speed >= speed_min_)) {
+            return firing;
+        }
+        const double rate = speed * rate_per_speed_;
+        std::uint32_t pick = pick_hint;
+        while (pick < kMostPick && rate * static_cast<double>(pick + 1) <= prr_top_) {
+            ++pick;
+        }
+        while (pick > 1 && rate * static_cast<double>(pick) > prr_top_) {
+            --pick;
+        }
+        const double prr = rate * static_cast<double>(pick);
+        firing.pick = pick;
+        firing.power = static_cast<std::uint32_t>(nearest32_within(smaller(prr, prr_top_) * code_per_hz_));
+        firing.power = firing.power < kMostPower ? firing.power : kMostPower;
+        firing.possible = firing.power > 0 && prr >= prr_min_ && prr <= prr_top_ * 1.0001;
+        return firing;
+    }
 
 private:
+    static constexpr std::uint32_t kMostPick = 255;
+    static constexpr std::uint32_t kMostPower = 255;
     double rate_per_speed_ = 0.0;
     double speed_min_ = 1e30;
     double prr_min_ = 0.0;
@@ -58,8 +80,10 @@ public:
     void open(const PulseSpec& spec) noexcept;
     /// All pulses with path times in [from, to), at most 8 ms, in order, into out.pulses and (as runs with absolute
     /// times) out.laser. `act_ns` is the control time that belongs to path time 0, latencies included. Appends; stops
-    /// at the capacity of either, which 512 kHz does not reach. Servo context; some 150 operations a pulse, no division
-    /// or root but at the start of a law's piece.
+    /// at the capacity of either, which 512 kHz does not reach. Servo context; some 120 operations a pulse.
+    ///
+    /// Pulses are placed in groups of up to 16: the first and the last are solved exactly, the times between them
+    /// follow a cubic through both with their slopes, and a group whose middle is off by more than 1 nm is halved.
     void place(const motion::Planner& planner, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
                ServoOutputs& out) noexcept;
 
@@ -76,34 +100,56 @@ public:
     [[nodiscard]] std::uint32_t last_item() const noexcept { return last_item_; }
 
 private:
-    /// A place on the path, and when and how fast the beam is there.
+    /// When and how fast the beam is at a place.
     struct Solved {
         double time = 0.0;
-        double way = 0.0;
         double speed = 0.0;  ///< d(true distance)/dt
     };
-    [[nodiscard]] Solved evaluate(const motion::Segment& segment, double t) const noexcept;
-    [[nodiscard]] Solved solve(const motion::Segment& segment, double length, double low, double high) noexcept;
-    [[nodiscard]] Solved solve_slowly(const motion::Segment& segment, double length, double low, double high) noexcept;
-    void emit(const motion::Segment& segment, const Solved& solved, std::int64_t t_ns256, std::int64_t t_ns,
-              ServoOutputs& out) noexcept;
-    void trigger(std::int64_t t_ns256, double speed, const Firing& firing, ServoOutputs& out) noexcept;
+    [[nodiscard]] static Solved solve_slowly(const motion::Segment& segment, double length, double low,
+                                             double high) noexcept;
+    [[nodiscard]] std::uint32_t pulses_of(const motion::Planner& planner) const noexcept;
+    /// All pulses on one segment before path time `high`.
+    void fill(const motion::Segment& segment, double low, double high, ServoOutputs& out) noexcept;
+    /// When the beam is at `length` on the segment, from a first guess; leaves slowness_ exact to a few parts in 1e9.
+    [[nodiscard]] Solved solve(const motion::Segment& segment, double length, double low, double guess) noexcept;
+    /// Times of consecutive pulses: t(n) = t0 + n (t1 + n (t2 + n t3)), and their speed from first to last.
+    struct Group {
+        std::uint32_t count = 0;
+        double t0 = 0.0;
+        double t1 = 0.0;
+        double t2 = 0.0;
+        double t3 = 0.0;
+        double speed = 0.0;
+        double speed_change = 0.0;  ///< a pulse
+        [[nodiscard]] double time(double n) const noexcept { return t0 + n * (t1 + n * (t2 + n * t3)); }
+    };
+    /// Up to `count` > 0 pulses from the next on, which is at `length` on the segment.
+    [[nodiscard]] Group group(const motion::Segment& segment, double length, std::uint32_t count, double low) noexcept;
+    void place_group(const motion::Segment& segment, const Group& group, ServoOutputs& out) noexcept;
+    void write(const motion::Segment& segment, const Group& group, const Firing& firing, ServoOutputs& out) noexcept;
+    /// One run for `count` pulses of the group from its pulse `begin` on. False: none fits within kRunTolerance,
+    /// nothing is written.
+    [[nodiscard]] bool trigger(const Group& group, std::uint32_t begin, std::uint32_t count, const Firing& firing,
+                               ServoOutputs& out) noexcept;
 
     PulseSpec spec_;
     FiringRule rule_;
     std::int64_t pitch_pm_ = 0;
+    double per_pitch_ = 0.0;
     std::uint32_t next_ = 0;
     std::uint32_t withheld_ = 0;
     std::uint32_t last_item_ = 0;
     double last_time_ = 0.0;
-    double slowness_ = 0.0;  ///< seconds a metre at the last pulse
-    std::uint8_t last_pick_ = 1;
+    double slowness_ = 0.0;  ///< seconds a metre at the pulse that was solved last
     std::uint32_t hint_ = 0;
-    // The run that is being built, in 1/256 ns: its last trigger, when it puts the next, and by how much then the one
-    // after that.
-    std::int64_t last_trigger_ = 0;
-    std::int64_t expected_ = 0;
-    std::int64_t step_ = 0;
+    std::uint32_t pick_ = 1;   ///< of the last pulse
+    std::uint32_t group_ = 1;  ///< pulses that the next group tries
+    // The window that is being filled.
+    std::int64_t window_ns_ = 0;  ///< path time of its start
+    double window_ = 0.0;         ///< the same in seconds
+    std::int64_t act_ns_ = 0;
+    double mark_begin_ = 0.0;
+    std::uint32_t pulses_ = 0;  ///< of the whole path, as far as is known
 };
 
 }  // namespace sc::laser

@@ -3,12 +3,13 @@
 
 namespace sc::laser {
 
-FieldMap::FieldMap(const Compensation& compensation, double counts_per_metre) noexcept {
+FieldMap::FieldMap(const Compensation& compensation, const GalvoConfig& galvo) noexcept
+    : flip_(xy2_100_flip(galvo.convention)) {
     for (std::size_t i = 0; i < m_.size(); ++i) {
-        m_[i] = compensation.galvo_from_field[i] * counts_per_metre;
+        m_[i] = compensation.galvo_from_field[i] * galvo.counts_per_metre;
     }
     for (std::size_t i = 0; i < offset_.size(); ++i) {
-        offset_[i] = compensation.galvo_offset[i] * counts_per_metre;
+        offset_[i] = compensation.galvo_offset[i] * galvo.counts_per_metre;
     }
 }
 

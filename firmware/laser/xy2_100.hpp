@@ -11,35 +11,47 @@
 
 namespace sc::laser {
 
-/// The 20 bits of one channel, most significant first on the wire. `position` is signed about the field's centre.
-[[nodiscard]] constexpr std::uint32_t xy2_100_word(std::int16_t position, GalvoConvention convention) noexcept {
-    const auto two = static_cast<std::uint16_t>(position);
-    const std::uint32_t wire = convention == GalvoConvention::offset_binary ? two ^ 0x8000U : two;
-    const std::uint32_t word = 0x20000U | (wire << 1U);
-    std::uint32_t parity = word;
-    parity ^= parity >> 16U;
-    parity ^= parity >> 8U;
-    parity ^= parity >> 4U;
-    parity ^= parity >> 2U;
-    parity ^= parity >> 1U;
-    return word | (parity & 1U);
+/// What a head's convention turns over in a two's complement position.
+[[nodiscard]] constexpr std::uint32_t xy2_100_flip(GalvoConvention convention) noexcept {
+    return convention == GalvoConvention::offset_binary ? 0x8000U : 0U;
 }
 
-/// Places in the field to counts, through the calibrated field correction.
+/// The 20 bits of one channel, most significant first on the wire; `wire` is the position as the head reads it, 16
+/// bits.
+[[nodiscard]] constexpr std::uint32_t xy2_100_frame(std::uint32_t wire) noexcept {
+    constexpr std::uint32_t kEvenOf16 = 0x9669U;  // bit n: the parity of n, and of the one control bit that is set
+    std::uint32_t fold = wire ^ (wire >> 8U);
+    fold ^= fold >> 4U;
+    return 0x20000U | (wire << 1U) | ((kEvenOf16 >> (fold & 0xFU)) & 1U);
+}
+/// `position` is signed about the field's centre.
+[[nodiscard]] constexpr std::uint32_t xy2_100_word(std::int16_t position, GalvoConvention convention) noexcept {
+    return xy2_100_frame(static_cast<std::uint16_t>(position) ^ xy2_100_flip(convention));
+}
+
+/// Places in the field to counts and words, through the calibrated field correction. (x, z) in metres about the field's
+/// centre, |x|, |z| < 1 m. Clamped to 16 bits. 100 kHz context: no division, no root.
 class FieldMap {
 public:
-    FieldMap(const Compensation& compensation, double counts_per_metre) noexcept;
-    /// (x, z) in metres about the field's centre. Clamped to 16 bits. 100 kHz context: no division, no root.
-    [[nodiscard]] std::array<std::int16_t, 2> counts(double x, double z) const noexcept {
-        return {nearest16(m_[0] * x + m_[1] * z + offset_[0]), nearest16(m_[2] * x + m_[3] * z + offset_[1])};
+    FieldMap(const Compensation& compensation, const GalvoConfig& galvo) noexcept;
+    [[nodiscard]] std::array<std::int32_t, 2> counts(double x, double z) const noexcept {
+        return {within_16(nearest32_within(m_[0] * x + m_[1] * z + offset_[0])),
+                within_16(nearest32_within(m_[2] * x + m_[3] * z + offset_[1]))};
+    }
+    [[nodiscard]] std::array<std::uint32_t, 2> words(double x, double z) const noexcept {
+        const std::array<std::int32_t, 2> c = counts(x, z);
+        return {xy2_100_frame((static_cast<std::uint32_t>(c[0]) ^ flip_) & 0xFFFFU),
+                xy2_100_frame((static_cast<std::uint32_t>(c[1]) ^ flip_) & 0xFFFFU)};
     }
 
 private:
-    static std::int16_t nearest16(double v) noexcept {
-        return static_cast<std::int16_t>(nearest32(clamped(v, -32767.0, 32767.0)));
+    static std::int32_t within_16(std::int32_t v) noexcept {
+        constexpr std::int32_t kMost = 32767;
+        return v > kMost ? kMost : (v < -kMost ? -kMost : v);
     }
     std::array<double, 4> m_{};
     std::array<double, 2> offset_{};
+    std::uint32_t flip_ = 0;
 };
 
 }  // namespace sc::laser

@@ -46,8 +46,8 @@ struct Element {
     Place bend{};          ///< blends: direction at the end less that at the start
     double cubic = 0.0;    ///< blends: 1 / length²
     double quartic = 0.0;  ///< blends: 1 / (2 length³)
-    /// Blends: true length from the middle, odd in the way from there: Σ odd[i] z^(2i+1). See make_blend.
-    std::array<double, 4> odd{};
+    /// True length from the middle, odd in the way z from there: Σ odd[i] z^(2i+1). See make_blend.
+    std::array<double, 4> odd{1.0, 0.0, 0.0, 0.0};
 
     [[nodiscard]] double end() const noexcept { return start + length; }
 
@@ -58,20 +58,14 @@ struct Element {
     [[nodiscard]] double axis(std::size_t i, double t, double bent_so_far) const noexcept {
         return origin[i] + (d1[i] * t + bend[i] * bent_so_far);
     }
-    /// True length from the element's start.
+    /// True length from the element's start. On a line, t but for rounding.
     [[nodiscard]] double length_to(double t) const noexcept {
-        if (kind == Kind::line) {
-            return t;
-        }
         const double z = t - 0.5 * length;
         const double q = z * z;
         return 0.5 * true_length + z * (odd[0] + q * (odd[1] + q * (odd[2] + q * odd[3])));
     }
     /// d(true length)/dt: 1 on lines, less within a blend.
     [[nodiscard]] double stretch(double t) const noexcept {
-        if (kind == Kind::line) {
-            return 1.0;
-        }
         const double z = t - 0.5 * length;
         const double q = z * z;
         return odd[0] + q * (3.0 * odd[1] + q * (5.0 * odd[2] + q * (7.0 * odd[3])));

@@ -19,6 +19,8 @@ void Planner::open(const PathSpec& spec) noexcept {
     builder_.open(spec);
     ring_.clear();
     law_.clear();
+    pending_size_ = built_ = 0;
+    end_pending_ = too_short_ = false;
     task_ = Task::none;
     stop_wanted_ = resume_wanted_ = stopped_ = starved_ = false;
     stop_time_ = 1e30;
@@ -55,7 +57,35 @@ void Planner::request_resume(double distance) noexcept {
     resume_distance_ = distance;
 }
 
+void Planner::add(const Place& point, std::uint32_t item) noexcept {
+    pending_[pending_size_] = {point, item};
+    ++pending_size_;
+}
+
+bool Planner::wants_points() const noexcept {
+    // A point makes two elements at most, the end one.
+    return !builder_.finished() && !end_pending_ && !too_short_ && pending_size_ < kPointsPerTick &&
+           ring_.free() >= 2 * (pending_size_ + 1) + 1;
+}
+
+void Planner::build(std::uint32_t& units) noexcept {
+    for (; built_ < pending_size_ && units >= kUnitsPerPoint; ++built_, units -= kUnitsPerPoint) {
+        builder_.add(pending_[built_].place, pending_[built_].item, ring_);
+    }
+    if (built_ < pending_size_) {
+        return;
+    }
+    built_ = pending_size_ = 0;
+    if (end_pending_) {
+        end_pending_ = false;
+        too_short_ = !builder_.finish(ring_);
+    }
+}
+
 bool Planner::tick(std::int64_t tick, double path_time, double tick_seconds) noexcept {
+    if (pending_size_ > 0 || end_pending_) {
+        return false;
+    }
     if (task_ != Task::none) {
         if (tick < publish_tick_) {
             return true;
@@ -125,6 +155,7 @@ void Planner::publish() noexcept {
 }
 
 void Planner::work(std::uint32_t units) noexcept {
+    build(units);
     if (task_ == Task::none || stage_ == Stage::done) {
         return;
     }
@@ -138,7 +169,12 @@ void Planner::work(std::uint32_t units) noexcept {
         stage_ = Stage::done;
         return;
     }
-    for (std::uint32_t i = 0; i < units && stage_ != Stage::done; ++i) {
+    while (stage_ != Stage::done) {
+        const std::uint32_t cost = stage_ == Stage::backward ? 1 : kUnitsPerElement;
+        if (units < cost) {
+            return;
+        }
+        units -= cost;
         stage_ == Stage::backward ? step_backward() : step_forward();
     }
 }
@@ -415,10 +451,17 @@ Segment Planner::segment(double t, std::uint32_t& hint) const noexcept {
     Segment s;
     s.element = &ring_.at(piece.element);
     s.begin = piece.t0;
-    s.last = piece.end();
-    s.end = hint + 1 < law_.published() ? s.last : 1e30;
+    s.end = piece.end();
     s.t0 = piece.t0;
     s.way0 = piece.tau0 - s.element->start;
+    if (t >= s.end || t < s.begin) {
+        const bool after = t >= s.end;
+        s.way0 = clamped(piece.tau(after ? s.end : s.begin) - s.element->start, 0.0, s.element->length);
+        s.begin = after ? s.end : -1e30;
+        s.end = after ? 1e30 : piece.t0;
+        return s;
+    }
+    s.moving = true;
     s.v0 = piece.v0;
     s.a0_half = 0.5 * piece.a0;
     s.j_sixth = (1.0 / 6.0) * piece.j;

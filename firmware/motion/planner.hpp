@@ -24,8 +24,14 @@ inline constexpr std::uint32_t kBatch = 64;
 inline constexpr std::uint32_t kHorizon = 384;
 inline constexpr std::uint32_t kHistory = 128;  ///< passed elements kept for backing up
 inline constexpr std::int64_t kPublishTicks = 4;
-inline constexpr std::uint32_t kUnitsPerTick =
-    160;  ///< elements a board must get through per tick: (kBatch + kHorizon + kBatch) / 4 and some
+inline constexpr std::uint32_t kPointsPerTick = 8;  ///< that the planner takes
+/// Units of work. One is an element of the backward pass, some 220 instructions on a Cortex-M7.
+inline constexpr std::uint32_t kUnitsPerPoint = 10;   ///< to build its elements
+inline constexpr std::uint32_t kUnitsPerElement = 3;  ///< of the forward pass
+/// What a board must get through per tick: the points of a tick, a quarter of a task, and what a step left over.
+inline constexpr std::uint32_t kUnitsPerTick = kPointsPerTick * kUnitsPerPoint +
+                                               (kBatch + kHorizon + kBatch * kUnitsPerElement) / kPublishTicks +
+                                               kUnitsPerElement;
 
 /// Where the law stands at a path time.
 struct MotionState {
@@ -37,24 +43,24 @@ struct MotionState {
 };
 
 /// A stretch of path time in which the law is one cubic and the beam on one element. What is read for each frame and
-/// each pulse comes from here: no look-up, no division, no root. Valid until the planner's next tick().
+/// each pulse comes from here: no look-up, no division, no root, no comparison. Valid until the planner's next tick().
 struct Segment {
-    double begin = 0.0;  ///< path time
-    double end = 0.0;    ///< infinite (1e30) on the last one: beyond it the beam stands
-    double last = 0.0;   ///< path time from which on it stands
-    double t0 = 0.0;     ///< way(t) = way0 + dt (v0 + dt (a0/2 + dt j/6)) with dt = t − t0
+    double begin = 0.0;  ///< path time; −1e30 before the law begins
+    double end = 0.0;    ///< 1e30 beyond the law's end
+    bool moving = false;
+    double t0 = 0.0;  ///< way(t) = way0 + dt (v0 + dt (a0/2 + dt j/6)) with dt = t − t0
     double way0 = 0.0;
     double v0 = 0.0;
     double a0_half = 0.0;
     double j_sixth = 0.0;
     const Element* element = nullptr;
 
-    /// Way on the element, 0 … length.
+    /// Way on the element, 0 … length but for rounding, begin ≤ t ≤ end.
     [[nodiscard]] double way(double t) const noexcept {
-        const double dt = smaller(t, last) - t0;
-        return clamped(way0 + dt * (v0 + dt * (a0_half + dt * j_sixth)), 0.0, element->length);
+        const double dt = t - t0;
+        return way0 + dt * (v0 + dt * (a0_half + dt * j_sixth));
     }
-    /// d(way)/dt, before it stands.
+    /// d(way)/dt.
     [[nodiscard]] double speed(double t) const noexcept {
         const double dt = t - t0;
         return v0 + dt * (2.0 * a0_half + dt * (3.0 * j_sixth));
@@ -65,16 +71,20 @@ class Planner {
 public:
     /// Begins a path (servo context). Drops the one before.
     void open(const PathSpec& spec) noexcept;
-    /// Point and end of the path, servo context, only while `wants_points()`.
-    void add(const Place& point, std::uint32_t item) noexcept { builder_.add(point, item, ring_); }
-    [[nodiscard]] bool finish() noexcept { return builder_.finish(ring_); }
+    /// Point and end of the path, servo context, only while `wants_points()`. They are kept; the next work() makes
+    /// elements of them, and the next tick() sees those.
+    void add(const Place& point, std::uint32_t item) noexcept;
+    void finish() noexcept { end_pending_ = true; }
     /// Room for another point, and the path is still open.
-    [[nodiscard]] bool wants_points() const noexcept { return !builder_.finished() && ring_.free() >= 4; }
+    [[nodiscard]] bool wants_points() const noexcept;
+    /// The path has ended without two distinct points.
+    [[nodiscard]] bool too_short() const noexcept { return too_short_; }
 
     /// Once a tick, servo context: publishes a task that is due, then begins the next. `path_time` is the time that
-    /// this tick's set-points begin at. False: a task was due and not finished (Fault::planner_late).
+    /// this tick's set-points begin at. False: a task was due and not finished, or a point is still without its
+    /// elements (Fault::planner_late).
     [[nodiscard]] bool tick(std::int64_t tick, double path_time, double tick_seconds) noexcept;
-    /// The plan step: up to `units` elements of work.
+    /// The plan step: up to `units` of work.
     void work(std::uint32_t units) noexcept;
 
     /// Asks for a jerk-limited stop on the path as soon as a task can be published; `stop_done()` once the law ends at
@@ -108,7 +118,7 @@ public:
     [[nodiscard]] Place place(const MotionState& state) const noexcept {
         return ring_.at(state.element).place(state.tau);
     }
-    /// Published law about path time t ≥ 0, of a path that is ready(). `hint` remembers the piece between calls.
+    /// Published law about path time t, of a path that is ready(). `hint` remembers the piece between calls.
     [[nodiscard]] Segment segment(double t, std::uint32_t& hint) const noexcept;
     /// Forget what no reader needs any more: everything before path time t.
     void forget_before(double t) noexcept;
@@ -127,6 +137,7 @@ private:
         bool stop_after = false;
     };
 
+    void build(std::uint32_t& units) noexcept;
     [[nodiscard]] bool plannable() const noexcept;
     [[nodiscard]] bool enough_known() const noexcept;
     void choose_task(double path_time, double tick_seconds) noexcept;
@@ -145,6 +156,15 @@ private:
     void run_back(double tau_rest, std::uint32_t element_rest, double tau_back, std::uint32_t element_back,
                   double& time) noexcept;
 
+    struct Point {
+        Place place{};
+        std::uint32_t item = 0;
+    };
+    std::array<Point, kPointsPerTick> pending_{};
+    std::uint32_t pending_size_ = 0;
+    std::uint32_t built_ = 0;  ///< of those pending
+    bool end_pending_ = false;
+    bool too_short_ = false;
     PathBuilder builder_;
     ElementRing ring_;
     TimeLaw law_;

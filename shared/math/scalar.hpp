@@ -34,18 +34,25 @@ namespace scalar_detail {
 inline constexpr double kNoBinaryPlaces = 6755399441055744.0;
 }  // namespace scalar_detail
 
-/// Nearest integer, halves to even, limited to ±2^51; a NaN becomes −2^51. A third of the cost of `rounded`: for the
-/// paths that run for each mirror frame and each pulse. Needs the default rounding mode.
-[[nodiscard]] constexpr std::int64_t nearest(double v) noexcept {
-    constexpr double kLimit = 2251799813685248.0;
-    const double shifted = clamped(v, -kLimit, kLimit) + scalar_detail::kNoBinaryPlaces;
+/// Nearest integer, halves to even, for |v| < 2^51; beyond that, and for a NaN, any integer (never undefined). For what
+/// runs for each mirror frame and each pulse, where the caller knows the range. Needs the default rounding mode.
+[[nodiscard]] constexpr std::int64_t nearest_within(double v) noexcept {
+    const double shifted = v + scalar_detail::kNoBinaryPlaces;
     return std::bit_cast<std::int64_t>(shifted) - std::bit_cast<std::int64_t>(scalar_detail::kNoBinaryPlaces);
 }
-
-/// The same for 32 bits, limited to ±2'147'483'647.
-[[nodiscard]] constexpr std::int32_t nearest32(double v) noexcept {
-    const double shifted = clamped(v, -2147483647.0, 2147483647.0) + scalar_detail::kNoBinaryPlaces;
+/// The same for |v| < 2^31.
+[[nodiscard]] constexpr std::int32_t nearest32_within(double v) noexcept {
+    const double shifted = v + scalar_detail::kNoBinaryPlaces;
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(shifted)));
+}
+/// Limited to ±2^51; a NaN becomes −2^51.
+[[nodiscard]] constexpr std::int64_t nearest(double v) noexcept {
+    constexpr double kLimit = 2251799813685248.0;
+    return nearest_within(clamped(v, -kLimit, kLimit));
+}
+/// Limited to ±2'147'483'647.
+[[nodiscard]] constexpr std::int32_t nearest32(double v) noexcept {
+    return nearest32_within(clamped(v, -2147483647.0, 2147483647.0));
 }
 
 /// Cube root of v ≥ 0 (0 for less); relative error below 1e-15. Newton from a guess made of the exponent; the number of

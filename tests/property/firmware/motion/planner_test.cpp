@@ -42,14 +42,15 @@ public:
 
     /// One tick; false once the path is done and at rest.
     bool tick() {
-        for (int n = 0; n < 16 && planner_->wants_points() && next_ < std::min(known_, points_.size()); ++n) {
+        EXPECT_TRUE(planner_->tick(tick_, time_, kTick)) << "planner late at tick " << tick_;
+        while (planner_->wants_points() && next_ < std::min(known_, points_.size())) {
             planner_->add(points_[next_], static_cast<std::uint32_t>(next_));
             ++next_;
         }
-        if (next_ == points_.size() && !planner_->builder().finished() && planner_->wants_points()) {
-            EXPECT_TRUE(planner_->finish());
+        if (next_ == points_.size() && !finished_ && planner_->wants_points()) {
+            planner_->finish();
+            finished_ = true;
         }
-        EXPECT_TRUE(planner_->tick(tick_, time_, kTick)) << "planner late at tick " << tick_;
         planner_->work(kUnitsPerTick);
         ++tick_;
         if (time_ == 0.0 && !planner_->ready(kTick)) {
@@ -82,6 +83,7 @@ private:
     std::vector<Place> points_;
     std::vector<Sample> samples_;
     std::size_t next_ = 0;
+    bool finished_ = false;
     std::size_t known_ = static_cast<std::size_t>(-1);
     std::int64_t tick_ = 0;
     double time_ = 0.0;

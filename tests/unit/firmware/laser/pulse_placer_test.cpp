@@ -43,7 +43,8 @@ Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t 
     for (std::size_t i = 0; i < points.size(); ++i) {
         planner->add(points[i], static_cast<std::uint32_t>(i));
     }
-    EXPECT_TRUE(planner->finish());
+    planner->finish();
+    planner->work(motion::kUnitsPerTick);
     PulsePlacer placer;
     placer.open(spec());
     Fired fired;
@@ -93,8 +94,8 @@ TEST(PulsePlacer, PutsPulsesAtEqualPitchThroughRampsAndCorners) {
         const auto& a = fired.pulses[i - 1].place_pm;
         const auto& b = fired.pulses[i].place_pm;
         const double chord = std::hypot(static_cast<double>(b[0] - a[0]), static_cast<double>(b[2] - a[2]));
-        ASSERT_LE(chord, 20e6 + 5.0);
-        short_chords += chord < 20e6 - 5.0 ? 1 : 0;
+        ASSERT_LE(chord, 20e6 + 2200.0) << "two pulses may each be 1 nm off";
+        short_chords += chord < 20e6 - 2200.0 ? 1 : 0;
         ASSERT_GT(chord, 18.5e6);
     }
     EXPECT_LE(short_chords, 12);
