@@ -87,7 +87,10 @@ int run(const Arguments& a) {
         state = sc::replay::state_json(replayer->controller(), replayer->inputs(), *replayer->outputs(),
                                        replayer->reader().header().machine);
     }
-    const std::string problem = sc::replay::problem_text(a.log, result.end, replayer->reader());
+    std::string problem = sc::replay::problem_text(a.log, result.end, replayer->reader());
+    if (problem.empty() && result.ticks == 0) {
+        problem = a.log + ": the log holds no whole chunk of ticks, so there is nothing to replay; use another copy";
+    }
     if (a.json) {
         nlohmann::ordered_json json = sc::replay::result_json(a.log, *replayer, result);
         json["state"] = state;
@@ -98,8 +101,11 @@ int run(const Arguments& a) {
         std::fputs(state.is_null() ? "" : sc::replay::lines_of(state).c_str(), stdout);
     }
     if (!problem.empty()) {
-        std::fprintf(stderr, "scribecell-replay: %s. The %llu ticks before it are equal\n", problem.c_str(),
-                     static_cast<unsigned long long>(result.ticks));
+        std::fprintf(stderr, "scribecell-replay: %s\n", problem.c_str());
+        if (result.ticks > 0 && !result.difference) {
+            std::fprintf(stderr, "scribecell-replay: the %llu ticks before it are equal\n",
+                         static_cast<unsigned long long>(result.ticks));
+        }
         return kBadInput;
     }
     return result.equal() ? 0 : kFailed;

@@ -23,8 +23,7 @@ void paint(void* memory, std::size_t bytes, std::uint8_t pattern) {
 }
 
 [[gnu::noinline]] void paint_stack(std::uint8_t pattern) {
-    alignas(std::uint64_t) std::array<std::uint8_t, kStackBytes>
-        below;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+    alignas(std::uint64_t) std::array<std::uint8_t, kStackBytes> below;
     paint(below.data(), below.size(), pattern);
 }
 

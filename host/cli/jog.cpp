@@ -110,6 +110,9 @@ void move(CellClient& client, const Step& step) {
 int run(const JogOptions& options) {
     const Step step = step_of(options);
     const bool simulated = is_simulated(options.link);
+    if (options.link_options.record && !simulated) {
+        refuse("--record belongs to the simulated cell", options.link, "give it to `scribecell cell`");
+    }
     install_stop_signals();
     const auto transport = open_transport(options.link, options.link_options);
     CellClient client(*transport, {.session = 2});
