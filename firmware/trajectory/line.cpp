@@ -8,8 +8,9 @@ namespace sc::trajectory {
 namespace {
 
 constexpr double kShare = 0.9995;   ///< of tolerance, jerk and time at corners, for rounding
-constexpr double kStubShare = 0.4;  ///< of a stub, used by the ramp
+constexpr double kStubShare = 0.6;  ///< of a stub, used by the ramp
 
+constexpr double kLonger = 1.02;         ///< overlap that is worth a lower jerk
 constexpr double kShortest = 1e-12;  ///< s; a cruise below is rounding
 
 /// A ramp that a line begins with, seen as part of a change of speed with the line's own jerk that began earlier, from
@@ -84,22 +85,37 @@ Along limits_along(const Limits& limits, const Place& direction) noexcept {
     return found;
 }
 
-double longest_ramp(const Limits& limits, const Stub& stub, double jerk) noexcept {
-    const Along along = limits_along(limits, stub.direction);
-    const double by_length =
-        stub.whole ? cube_root(stub.length / (2.0 * along.jerk)) : cube_root(6.0 * kStubShare * stub.length / jerk);
-    const double by_speed = square_root(along.speed / jerk);
-    return kShare * smaller(smaller(by_length, by_speed), along.acceleration / jerk);
+namespace {
+
+double duration_at(double length, const Along& limits) noexcept {
+    const LinePlan plan = plan_line(length, limits, {}, {});
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < plan.count; ++i) {
+        sum += plan.phase[i].duration;
+    }
+    return sum;
 }
+
+}  // namespace
 
 Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) noexcept {
     const Place& d1 = before.direction;
     const Place& d2 = after.direction;
-    double jerk = kShare * smaller(limits_along(limits, d1).jerk, limits_along(limits, d2).jerk);
+    const Along along1 = limits_along(limits, d1);
+    const Along along2 = limits_along(limits, d2);
+    const double alone = kShare * smaller(along1.jerk, along2.jerk);
+    double ramps = alone;   // both on their ramps: the jerks add up
+    double phases = alone;  // any phase with any other: their magnitudes do
+    double most = square_root(smaller(along1.speed, along2.speed) / alone);
     for (std::size_t k = 0; k < kAxisCount; ++k) {
         const double sum = absolute(d1[k] + d2[k]);
+        const double magnitudes = absolute(d1[k]) + absolute(d2[k]);
         if (sum > 0.0) {
-            jerk = smaller(jerk, kShare * limits.jerk[k] / sum);
+            ramps = smaller(ramps, kShare * limits.jerk[k] / sum);
+        }
+        if (magnitudes > 0.0) {
+            phases = smaller(phases, kShare * limits.jerk[k] / magnitudes);
+            most = smaller(most, limits.acceleration[k] / (magnitudes * alone));
         }
     }
     const double cosine = clamped(dot(d1, d2) / (length(d1) * length(d2)), -1.0, 1.0);
@@ -107,15 +123,37 @@ Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) no
     const double half_sine = square_root(0.5 * (1.0 - cosine));
     const double widest = larger(sine, 1.4142135623730951 * half_sine);
     if (!(limits.tolerance >= 1e-7) || !(widest > 0.0)) {
-        return {0.0, jerk};
+        return {0.0, ramps};
     }
-    const double by_tolerance = cube_root(48.0 * kShare * limits.tolerance / (jerk * widest));
-    const double duration =
-        smaller(by_tolerance, smaller(longest_ramp(limits, before, jerk), longest_ramp(limits, after, jerk)));
-    return {duration, jerk};
+    const auto by_tolerance = [&](double jerk) noexcept {
+        return smaller(cube_root(48.0 * kShare * limits.tolerance / (jerk * widest)), kShare * most);
+    };
+    // How long each side can stay on its ramp, and how long it can be overlapped at all.
+    const auto ramp = [](const Stub& stub, const Along& along, double jerk) noexcept {
+        return kShare * (stub.whole ? cube_root(stub.length / (2.0 * along.jerk))
+                                    : cube_root(6.0 * kStubShare * stub.length / jerk));
+    };
+    // A line that leaves its ramp early keeps to at most this jerk throughout, and both its ends may be overlapped.
+    const auto half = [&](const Stub& stub, const Along& along, double jerk) noexcept {
+        return stub.whole ? 0.5 * kShare * duration_at(stub.length, {along.speed, along.acceleration, jerk})
+                          : ramp(stub, along, jerk);
+    };
+    const Joint on_ramps{
+        smaller(by_tolerance(ramps), smaller(ramp(before, along1, ramps), ramp(after, along2, ramps))), ramps};
+    const Joint on_phases{
+        smaller(by_tolerance(phases), smaller(half(before, along1, phases), half(after, along2, phases))), phases};
+    return on_phases.duration > kLonger * on_ramps.duration ? on_phases : on_ramps;
 }
 
-LinePlan plan_line(double length, const Along& limits, const Joint& head, const Joint& tail) noexcept {
+LinePlan plan_line(double length, const Along& line, const Joint& head_joint, const Joint& tail_joint) noexcept {
+    Along limits = line;
+    Joint head = head_joint;
+    Joint tail = tail_joint;
+    const double longest = cube_root(length / (2.0 * limits.jerk));
+    if (head.duration > longest || tail.duration > longest) {
+        limits.jerk = smaller(limits.jerk, smaller(head.jerk, tail.jerk));
+        head = tail = {};
+    }
     const Start from = make_start(head, limits.jerk);
     const Start to = make_start(tail, limits.jerk);
     const auto used = [&](double peak) noexcept {
@@ -125,8 +163,7 @@ LinePlan plan_line(double length, const Along& limits, const Joint& head, const 
     const double least = larger(from.virtual_v + from.a * from.virtual_t, to.virtual_v + to.a * to.virtual_t);
     double peak = limits.speed;
     LinePlan plan;
-    plan.at_speed = used(peak) <= length;
-    if (!plan.at_speed) {
+    if (used(peak) > length) {
         double low = least;
         double high = peak;
         for (int i = 0; i < 60; ++i) {
@@ -138,9 +175,9 @@ LinePlan plan_line(double length, const Along& limits, const Joint& head, const 
     const Rise rise = make_rise(from, peak, limits);
     const Rise fall = make_rise(to, peak, limits);
     const double j = limits.jerk;
-    double s = from.s;
-    double v = from.v;
-    double a = from.a;
+    double s = 0.0;
+    double v = 0.0;
+    double a = 0.0;
     const auto add = [&](double duration, double jerk) noexcept {
         if (!(duration > 0.0)) {
             return;
@@ -150,15 +187,16 @@ LinePlan plan_line(double length, const Along& limits, const Joint& head, const 
         v += duration * (a + duration * 0.5 * jerk);
         a += duration * jerk;
     };
+    add(head.duration, head.jerk);
     add(rise.up, j);
     add(rise.hold, 0.0);
     add(rise.down, -j);
     // The phases of the fall count from the end, so that it is met exactly; the cruise takes what is between.
-    std::array<Phase, 3> back{};
+    std::array<Phase, 4> back{};
     std::uint32_t backs = 0;
-    double to_go = to.s;
-    double vb = to.v;
-    double ab = to.a;
+    double to_go = 0.0;
+    double vb = 0.0;
+    double ab = 0.0;
     const auto prepend = [&](double duration, double jerk) noexcept {
         if (!(duration > 0.0)) {
             return;
@@ -169,6 +207,7 @@ LinePlan plan_line(double length, const Along& limits, const Joint& head, const 
         ab += duration * jerk;
         back[backs++] = {duration, length - to_go, vb, -ab, jerk};
     };
+    prepend(tail.duration, tail.jerk);
     prepend(fall.up, j);
     prepend(fall.hold, 0.0);
     prepend(fall.down, -j);

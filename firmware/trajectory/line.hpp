@@ -8,9 +8,10 @@
 
 /// Straight runs from rest to rest in closed form, and the overlap of two runs at a corner.
 ///
-/// At a corner the next run begins T before the last one ends. Both are on ramps of constant jerk J there, so with
-/// u = 0 … T the place is  C − J (T − u)³/6 · d1 + J u³/6 · d2,  a cubic. It is farthest from the legs at u = T/2, by
-/// k·sin θ with k = J T³/48 and θ the angle of the turn, and it misses the corner by 2k·sin(θ/2).
+/// At a corner the next run begins T before the last one ends. Where both are on ramps of constant jerk J the place is
+/// C − J (T − u)³/6 · d1 + J u³/6 · d2  with u = 0 … T. It is farthest from the legs at u = T/2, by k·sin θ with
+/// k = J T³/48 and θ the angle of the turn, and it misses the corner by 2k·sin(θ/2). A short line leaves its ramp
+/// before T is over; it is then nearer to the corner than the ramp would be, and the deviation is less.
 
 namespace sc::trajectory {
 
@@ -38,8 +39,6 @@ struct Joint {
 /// `before` ends at the corner and `after` begins there.
 [[nodiscard]] Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) noexcept;
 
-/// Longest ramp of constant jerk that a run with this stub may begin or end with.
-[[nodiscard]] double longest_ramp(const Limits& limits, const Stub& stub, double jerk) noexcept;
 
 /// One stretch of constant jerk along a line; state at its start.
 struct Phase {
@@ -50,12 +49,12 @@ struct Phase {
     double j = 0.0;
 };
 
-/// Fastest way over a line: first a ramp of `head` (its own jerk and duration), last one of `tail`. The phases between
-/// the two ramps; a joint without duration has no ramp.
+/// Fastest way over a line from rest to rest. It begins with a ramp of `head` (its own jerk and duration) and ends with
+/// one of `tail`; where the line is too short for these ramps it keeps to the lower of the two jerks throughout.
 struct LinePlan {
-    std::array<Phase, 7> phase{};
+    static constexpr std::uint32_t kCapacity = 9;
+    std::array<Phase, kCapacity> phase{};
     std::uint32_t count = 0;
-    bool at_speed = false;  ///< the greatest speed is reached
 };
 [[nodiscard]] LinePlan plan_line(double length, const Along& limits, const Joint& head, const Joint& tail) noexcept;
 

@@ -9,8 +9,8 @@ namespace {
 
 constexpr double kFarthest = 1e4;
 constexpr double kFreeRamp = 0.5;  ///< of the time to full acceleration, for a ramp that no corner asks for
-constexpr double kRampOfStub = 0.4;
-constexpr std::uint32_t kLinePieces = 12;
+constexpr double kRampOfStub = 0.6;
+constexpr std::uint32_t kLinePieces = 24;
 
 }  // namespace
 
@@ -163,24 +163,18 @@ std::uint32_t Planner::seek() noexcept {
 
 void Planner::write_line(const Joint& end) noexcept {
     const Vertex& from = points_[corner_];
-    const Vertex& to = points_[head_.point];
     const Place& d = head_.direction;
     const Along along = limits_along(limits_, d);
     const LinePlan plan = plan_line(head_.length, along, joint_, end);
-    writer_.begin({from.p, d, joint_.jerk, joint_.duration, from.item}, joint_.duration);
+    Stretch stretch{.origin = from.p, .direction = d};
     std::uint32_t i = corner_;
     for (std::uint32_t k = 0; k < plan.count; ++k) {
-        const Phase& phase = plan.phase[k];
-        while (i + 1 < head_.point && points_[i + 1].s - from.s <= phase.s) {
+        while (i + 1 < head_.point && points_[i + 1].s - from.s <= plan.phase[k].s) {
             ++i;
         }
-        const bool cruise = phase.a == 0.0 && phase.j == 0.0;
-        const LimitedBy limited = cruise           ? LimitedBy::path_speed
-                                  : phase.j == 0.0 ? LimitedBy::axis_acceleration
-                                                   : LimitedBy::axis_jerk;
-        writer_.line(from.p, d, phase, points_[i].item, limited);
+        stretch.add(plan.phase[k], points_[i].item);
     }
-    writer_.end({to.p, d, end.jerk, end.duration, points_[i].item});
+    writer_.join(stretch, joint_.duration);
 }
 
 std::uint32_t Planner::follow_curve() noexcept {

@@ -19,7 +19,7 @@ namespace sc::trajectory {
 struct Storage {
     std::span<Vertex> points;  ///< at least 1024
     std::span<Node> nodes;     ///< at least 256; more look further ahead on paths that bend much
-    std::span<Piece> pieces;   ///< at least 16; what is planned and not yet read
+    std::span<Piece> pieces;   ///< at least 64; what is planned and not yet read
 };
 
 /// A near-time-optimal trajectory along a polyline, from rest to rest, within a tolerance of it, with speed,

@@ -7,7 +7,7 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kAbsorbed = 0.1;  ///< of the tolerance
+constexpr double kAbsorbed = 0.05;  ///< of the tolerance
 
 }  // namespace
 

@@ -44,7 +44,7 @@ public:
     /// Straight stretch behind corner `at` (`forward`) or before it. False while more points are needed. Cost: bounded
     /// by kStubPoints²/2 distances; two where the first segment is long.
     [[nodiscard]] bool stub(std::uint32_t at, bool forward, const Limits& limits, Stub& found) const noexcept;
-    /// Puts the points between the ends of a stub onto its chord (they are within a tenth of the tolerance).
+    /// Puts the points between the ends of a stub onto its chord (they are within a twentieth of the tolerance).
     void absorb(std::uint32_t at, const Stub& stub, bool forward) noexcept;
 
     /// Place at s on the polyline from point `low` to `high`, straight on beyond them; `hint` is a point nearby and is

@@ -12,7 +12,8 @@ constexpr double kCornerCosine = 0.70710678118654757;  ///< 45°
 constexpr double kSharpCosine = 1.0 - 5e-13;           ///< 1 µrad
 constexpr double kLeastRounding = 1e-7;                ///< m
 constexpr double kLeastCurve = 1e-9;                   ///< m, of what is not a corner
-constexpr double kCellsPerBraking = 20.0;
+constexpr double kCellsPerBraking = 9.0;
+constexpr double kStepsPerBraking = 22.0;
 constexpr double kBrakingsAhead = 2.0;
 
 bool in_range(double v) noexcept { return v >= kLowest && v <= kHighest; }
@@ -69,6 +70,7 @@ std::expected<Limits, Refusal> make_limits(const Spec& spec) noexcept {
     limits.merge = clamped(0.2 * spec.tolerance, 1e-9, 2e-6);
     limits.corner_cosine = spec.tolerance < kLeastRounding ? kSharpCosine : kCornerCosine;
     limits.longest_cell = larger(fastest / kCellsPerBraking, 5e-5);
+    limits.longest_step = larger(fastest / kStepsPerBraking, 2.5e-5);
     limits.stub = larger(smaller(30.0 * spec.tolerance, 2.5 * stub), 10.0 * limits.merge);
     limits.window = larger(kBrakingsAhead * slowest, 8.0 * limits.longest_cell);
     return limits;

@@ -57,7 +57,8 @@ struct Limits {
     double metres_per_turn_unit = 0.0;  ///< of C; 0 if it must not move
     double merge = 0.0;                 ///< points closer than this to the last kept one are merged
     double corner_cosine = 0.0;         ///< a vertex that turns by more is a corner
-    double longest_cell = 0.0;
+    double longest_cell = 0.0;          ///< between knots where the path bends
+    double longest_step = 0.0;          ///< of the timing, there
     double stub = 0.0;    ///< a straight piece at a corner longer than this is of no more use
     double window = 0.0;  ///< length that a plan looks ahead
 

@@ -7,15 +7,18 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kSlope = 0.25;              ///< greatest change of the spacing with s
+constexpr double kSlope = 0.3;       ///< greatest change of the spacing with s
 constexpr double kEndSlope = 0.35;           ///< spacing per distance to the run's ends
-constexpr double kFirstShare = 0.6;          ///< of the tolerance, for the first choice of a spacing
-constexpr double kLastShare = 0.88;          ///< of the tolerance, for the check; a tenth is for what was absorbed
-constexpr double kSecondToDeviation = 0.21;  ///< deviation per second difference of the polyline
-constexpr double kCloser = 0.6;
-constexpr double kSpacingsAhead = 4.5;
+constexpr double kFirstShare = 0.95;  ///< of the tolerance, for the first choice of a spacing
+constexpr double kLastShare = 0.94;  ///< of the tolerance, for the check; the rest is for what was absorbed
+constexpr double kSharpenReach = 2.0;      ///< spacings
+constexpr double kSharpen = 0.05;  ///< of the second difference, against the inward pull of the spline
+constexpr double kFiner = 0.85;    ///< between tries of a first choice
+constexpr double kCloser = 0.8;    ///< after a check that failed
+constexpr double kSpacingsAhead = 4.0;
 constexpr std::uint32_t kVerticesAhead = 144;
-constexpr std::uint32_t kVerticesBeside = 32;
+constexpr std::uint32_t kVerticesBeside = 48;
+constexpr std::uint32_t kMostSteps = 8;  ///< of a cell
 constexpr std::int64_t kDeferred = 7;  ///< cells that must fit beyond the one that is given out
 
 }  // namespace
@@ -46,24 +49,25 @@ std::uint32_t SplineBuilder::oldest_point() const noexcept {
     return used < begin_ + margin ? begin_ : used - margin;
 }
 
-/// Looks for the next corner, and moves on the points that no stub before a corner can reach.
-void SplineBuilder::see(const Polyline& points, const Limits& limits) noexcept {
+/// Looks for the next corner (true when it is found), and moves on the points that no stub before one can reach.
+bool SplineBuilder::see(const Polyline& points, const Limits& limits) noexcept {
     while (!end_seen_ && seen_ < points.known()) {
         if (points[seen_].corner) {
             end_seen_ = true;
-            break;
+            return true;
         }
         ++seen_;
     }
     if (has_end_) {
         final_ = end_;
-        return;
+        return false;
     }
     const std::uint32_t last = end_seen_ ? seen_ : seen_ - 1;
     while (final_ + 1 < last &&
            (points[last].s - points[final_ + 1].s > limits.stub || last - final_ - 1 > Polyline::kStubPoints)) {
         ++final_;
     }
+    return false;
 }
 
 /// Moves `cursor` to the first point that is `distance` beyond s or `count` beyond `from`, or the run's end. False if
@@ -103,17 +107,27 @@ void SplineBuilder::space_vertex(Polyline& points, const Limits& limits, std::ui
     const double s = points[j].s;
     double most = limits.longest_cell;
     if (!ends) {
-        most = smaller(most, points[sight].s - s);
+        most = smaller(most, (points[sight].s - s) * (1.0 / 3.0));
     }
     const std::uint32_t low = j < begin_ + kVerticesBeside ? begin_ : j - kVerticesBeside;
     if (low > begin_) {
-        most = smaller(most, s - points[low].s);
+        most = smaller(most, (s - points[low].s) * (1.0 / 3.0));
     }
-    std::uint32_t before = j;
-    std::uint32_t after = j;
-    const auto deviation = [&](double h) noexcept {
-        const Place sum = plus(points.at(s - h, low, sight, before), points.at(s + h, low, sight, after));
-        return kSecondToDeviation * length(along(sum, -2.0, points[j].p));
+    // Deviation at x of the curve with knots h apart, one of them at x: B-spline weights 1 4 1 of sharpened points.
+    std::array<std::uint32_t, 7> hint;
+    hint.fill(j);
+    const auto deviation = [&](double x, double h) noexcept {
+        const auto pair = [&](std::size_t n) noexcept {
+            const double d = h * static_cast<double>(n);
+            return plus(points.at(x - d, low, sight, hint[2 * n - 1]), points.at(x + d, low, sight, hint[2 * n]));
+        };
+        const Place on = points.at(x, low, sight, hint[0]);
+        const Place one = along(pair(1), -2.0, on);
+        const Place two = along(pair(2), -2.0, on);
+        const Place three = along(pair(3), -2.0, on);
+        const Place smooth = times(1.0 / 6.0, one);
+        const Place sharp = along(along(plus(one, three), 4.0, two), -2.0, one);
+        return length(along(smooth, -kSharpen / 6.0, sharp));
     };
     const double allowed = kFirstShare * limits.tolerance;
     double h = most;
@@ -121,8 +135,10 @@ void SplineBuilder::space_vertex(Polyline& points, const Limits& limits, std::ui
         h = smaller(most, points[j - 1].spacing + kSlope * (s - points[j - 1].s));
     }
     const double least = larger(0.5 * limits.tolerance, 1e-7);
-    while (h > least && deviation(h) > allowed) {
-        h *= 0.8;
+    // At the vertex, and in the middle of a long segment behind it.
+    const double next = j < sight ? points[j + 1].s - s : 0.0;
+    while (h > least && (deviation(s, h) > allowed || (next > 0.3 * h && deviation(s + 0.5 * next, h) > allowed))) {
+        h *= kFiner;
     }
     points[j].spacing = larger(h, smaller(least, most));
 }
@@ -163,7 +179,22 @@ double SplineBuilder::spacing_at(const Polyline& points, const Limits& limits, d
 void SplineBuilder::make_control(const Polyline& points) noexcept {
     const std::int64_t m = controls_ - 1;
     const double g = (knot(m - 1) + knot(m) + knot(m + 1)) * (1.0 / 3.0);
-    control(m) = points.at(g, begin_, has_end_ ? end_ : final_, hint_);
+    // Three points on the line of a stub make the first node and the last continue the ramps.
+    const bool ends = complete_ && m >= knots_ - 2;
+    if (m <= 1 || ends) {
+        const std::uint32_t i = ends ? end_ - 1 : begin_;
+        std::uint32_t on_stub = i;
+        control(m) = points.at(g, i, i + 1, on_stub);
+        ++controls_;
+        return;
+    }
+    const std::uint32_t high = has_end_ ? end_ : final_;
+    const Place on = points.at(g, begin_, high, hint_);
+    const double reach = kSharpenReach * 0.5 * (knot(m + 1) - knot(m - 1));
+    std::uint32_t before = hint_;
+    std::uint32_t after = hint_;
+    const Place sum = plus(points.at(g - reach, begin_, high, before), points.at(g + reach, begin_, high, after));
+    control(m) = along(on, -kSharpen, along(sum, -2.0, on));
     ++controls_;
 }
 
@@ -253,58 +284,87 @@ void SplineBuilder::set_closer(Polyline& points, std::int64_t cell) noexcept {
     }
 }
 
+/// Nodes of the cells that are certain, each cut into steps for the timing.
 void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {
     const std::int64_t last = knots_ - 1;
-    while (complete_ ? given_ <= last && checked_ == last : given_ + kDeferred < checked_) {
-        const bool ends = given_ == last;
+    while (nodes.free() >= kMostSteps &&
+           (complete_ ? given_ <= last && checked_ == last : given_ + kDeferred < checked_)) {
         const Draft& from = draft(given_);
-        Node& node = nodes.push();
-        node = {};
-        node.s = knot(given_);
-        node.p = from.p;
-        node.d1 = from.d1;
-        node.d2 = from.d2;
-        node.last = ends;
-        Place fastest = from.d1;
-        const auto widen = [&](const Place& d) noexcept {
-            for (std::size_t k = 0; k < kAxisCount; ++k) {
-                fastest[k] = larger(absolute(fastest[k]), absolute(d[k]));
-            }
-            return length3(d);
-        };
-        double travel = widen(from.d1);
-        if (!ends) {
-            node.h = knot(given_ + 1) - node.s;
-            node.d3 = times(1.0 / node.h, minus(draft(given_ + 1).d2, from.d2));
-            const double x = 0.5 * node.h;
-            travel = larger(travel, widen(along(along(from.d1, x, from.d2), 0.5 * x * x, node.d3)));
-        }
-        if (given_ > 0) {
-            const Node& before = nodes[nodes.end() - 2];
-            const double x = 0.5 * before.h;
-            travel = larger(travel, widen(along(along(before.d1, x, before.d2), 0.5 * x * x, before.d3)));
-        }
-        double cap = travel > 0.0 ? limits.speed / travel : 1e6;
-        for (std::size_t k = 0; k < kAxisCount; ++k) {
-            if (fastest[k] > 0.0) {
-                cap = smaller(cap, limits.velocity[k] / fastest[k]);
-            }
-        }
-        node.cap = 0.9999 * cap * cap;
-        node.item = ends ? points[end_ - 1].item : from.item;
-        ++given_;
-        if (ends) {
+        if (given_ == last) {
+            give_node(limits, {}, knot(given_), from, points[end_ - 1].item, nodes);
+            nodes[nodes.end() - 1].last = true;
             done_ = true;
-            break;
+            return;
+        }
+        const double h = knot(given_ + 1) - knot(given_);
+        const Place d3 = times(1.0 / h, minus(draft(given_ + 1).d2, from.d2));
+        // Cells on calm straights are longer than others and stay whole.
+        std::uint32_t steps = 1;
+        if (h <= limits.longest_cell * 1.0001) {
+            while (steps < kMostSteps && h > limits.longest_step * steps) {
+                ++steps;
+            }
+        }
+        const double step = h / steps;
+        for (std::uint32_t i = 0; i < steps; ++i) {
+            const double x = step * i;
+            Draft at;
+            at.p = along(along(along(from.p, x, from.d1), 0.5 * x * x, from.d2), x * x * x * (1.0 / 6.0), d3);
+            at.d1 = along(along(from.d1, x, from.d2), 0.5 * x * x, d3);
+            at.d2 = along(from.d2, x, d3);
+            give_node(limits, d3, knot(given_) + x, at, from.item, nodes);
+            nodes[nodes.end() - 1].h = step;
+        }
+        ++given_;
+    }
+}
+
+/// Appends a node; its greatest b is that of the node itself and of the middles of the steps beside it.
+void SplineBuilder::give_node(const Limits& limits, const Place& d3, double s, const Draft& at, std::uint32_t item,
+                              Ring<Node>& nodes) noexcept {
+    const bool first = given_ == 0 && nodes.size() == 0;
+    Node& node = nodes.push();
+    node = {};
+    node.s = s;
+    node.p = at.p;
+    node.d1 = at.d1;
+    node.d2 = at.d2;
+    node.d3 = d3;
+    node.item = item;
+    Place fastest{};
+    double travel = 0.0;
+    const auto widen = [&](const Place& d) noexcept {
+        for (std::size_t k = 0; k < kAxisCount; ++k) {
+            fastest[k] = larger(fastest[k], absolute(d[k]));
+        }
+        travel = larger(travel, length3(d));
+    };
+    widen(at.d1);
+    if (!first) {
+        const Node& before = nodes[nodes.end() - 2];
+        const double x = 0.5 * before.h;
+        widen(along(along(before.d1, x, before.d2), 0.5 * x * x, before.d3));
+    }
+    double cap = travel > 0.0 ? limits.speed / travel : 1e6;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        if (fastest[k] > 0.0) {
+            cap = smaller(cap, limits.velocity[k] / fastest[k]);
         }
     }
+    node.cap = 0.9999 * cap * cap;
 }
 
 bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {
     if (done_ || nodes.free() < kLag) {
         return false;
     }
-    see(points, limits);
+    if (see(points, limits)) {
+        return true;
+    }
+    if (complete_ && checked_ == knots_ - 1) {
+        give_out(points, limits, nodes);
+        return true;
+    }
     if (!complete_) {
         const double s = knot_[static_cast<std::size_t>(knots_ - 1) % kKept];
         while (segment_ + 1 < final_ && points[segment_ + 1].s <= s) {
@@ -315,7 +375,7 @@ bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nod
             return false;
         }
         if (spaced_ <= horizon_) {
-            if (!ready_to(points, spaced_, points[spaced_].s, limits.longest_cell, kVerticesBeside, sight_)) {
+            if (!ready_to(points, spaced_, points[spaced_].s, 3.0 * limits.longest_cell, kVerticesBeside, sight_)) {
                 return false;
             }
             space_vertex(points, limits, spaced_, sight_);

@@ -48,7 +48,7 @@ private:
         std::uint32_t item = 0;
     };
 
-    void see(const Polyline& points, const Limits& limits) noexcept;
+    [[nodiscard]] bool see(const Polyline& points, const Limits& limits) noexcept;
     [[nodiscard]] bool ready_to(const Polyline& points, std::uint32_t from, double s, double distance,
                                 std::uint32_t count, std::uint32_t& cursor) const noexcept;
     void space_vertex(Polyline& points, const Limits& limits, std::uint32_t j, std::uint32_t sight) const noexcept;
@@ -61,6 +61,8 @@ private:
     [[nodiscard]] bool fits(const Polyline& points, const Limits& limits, std::int64_t cell) noexcept;
     void set_closer(Polyline& points, std::int64_t cell) noexcept;
     void give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept;
+    void give_node(const Limits& limits, const Place& d3, double s, const Draft& at, std::uint32_t item,
+                          Ring<Node>& nodes) noexcept;
     [[nodiscard]] const Draft& draft(std::int64_t i) const noexcept {
         return draft_[static_cast<std::size_t>(i) % kKept];
     }

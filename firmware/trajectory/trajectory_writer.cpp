@@ -104,7 +104,7 @@ Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
 void TrajectoryWriter::open(const Limits& limits) noexcept {
     limits_ = limits;
     pieces_.clear();
-    has_waiting_ = false;
+    waiting_.count = 0;
     time_ = 0.0;
     distance_ = 0.0;
     item_ = 0;
@@ -130,79 +130,157 @@ void TrajectoryWriter::close_piece(Piece& piece) noexcept {
     }
 }
 
-/// Part of a ramp, from `from` to `to` of its time; one to rest is the other run backward.
-void TrajectoryWriter::ramp_piece(const Ramp& ramp, double from, double to, bool to_rest) noexcept {
-    const double duration = to - from;
-    if (!(duration > kShortest)) {
-        return;
-    }
-    // Along the path relative to the corner: s = ± J t³/6 with the time t from the corner.
-    const double t = to_rest ? ramp.duration - from : from;
-    const double sign = to_rest ? -1.0 : 1.0;
-    const double j = ramp.jerk;
-    line(ramp.corner, ramp.direction, {duration, sign * j * t * t * t * (1.0 / 6.0), 0.5 * j * t * t, sign * j * t, j},
-         ramp.item, LimitedBy::axis_jerk);
+Stretch ramp_from(const Place& corner, const Place& direction, double jerk, double duration,
+                  std::uint32_t item) noexcept {
+    Stretch made{.origin = corner, .direction = direction};
+    made.add({duration, 0.0, 0.0, 0.0, jerk}, item);
+    return made;
 }
 
-void TrajectoryWriter::line(const Place& origin, const Place& direction, const Phase& phase, std::uint32_t item,
-                            LimitedBy limited) noexcept {
+Stretch ramp_to(const Place& corner, const Place& direction, double jerk, double duration,
+                std::uint32_t item) noexcept {
+    Stretch made{.origin = corner, .direction = direction};
+    const double t = duration;
+    made.add({t, -jerk * t * t * t * (1.0 / 6.0), 0.5 * jerk * t * t, -jerk * t, jerk}, item);
+    return made;
+}
+
+void TrajectoryWriter::write_phase(const Stretch& stretch, const Phase& phase, std::uint32_t item) noexcept {
+    const LimitedBy limited = phase.j != 0.0   ? LimitedBy::axis_jerk
+                              : phase.a != 0.0 ? LimitedBy::axis_acceleration
+                                               : LimitedBy::path_speed;
     Piece& piece = open_piece(phase.duration, item, limited);
     for (std::size_t k = 0; k < kAxisCount; ++k) {
-        const double d = direction[k];
-        piece.axis[k] = {origin[k] + d * phase.s, d * phase.v, 0.5 * d * phase.a, d * phase.j * (1.0 / 6.0), 0.0, 0.0};
+        const double d = stretch.direction[k];
+        piece.axis[k] = {stretch.origin[k] + d * phase.s, d * phase.v, 0.5 * d * phase.a, d * phase.j * (1.0 / 6.0),
+                         0.0, 0.0};
     }
-    const double g = length3(direction);
+    const double g = length3(stretch.direction);
     piece.distance = {distance_, g * phase.v, 0.5 * g * phase.a, g * phase.j * (1.0 / 6.0), 0.0, 0.0};
     close_piece(piece);
 }
 
-void TrajectoryWriter::begin(const Ramp& ramp, double overlap) noexcept {
-    if (!has_waiting_) {
-        ramp_piece(ramp, 0.0, ramp.duration, false);
-        return;
-    }
-    has_waiting_ = false;
-    const Ramp& last = waiting_;
-    const double t = smaller(overlap, smaller(last.duration, ramp.duration));
-    if (!(t > kShortest)) {
-        ramp_piece(last, 0.0, last.duration, true);
-        ramp_piece(ramp, 0.0, ramp.duration, false);
-        return;
-    }
-    ramp_piece(last, 0.0, last.duration - t, true);
-    Piece& piece = open_piece(t, last.item, LimitedBy::corner);
-    const double third = 1.0 / 6.0;
+/// Two stretches at once: the sum of both relative to the corner, which is the origin of `next`.
+void TrajectoryWriter::write_both(const Stretch& last, const Phase& a, const Stretch& next, const Phase& b,
+                                  double duration, std::uint32_t item) noexcept {
+    Piece& piece = open_piece(duration, item, LimitedBy::corner);
+    Place v0{};
+    Place a0{};
+    Place jerk{};
     for (std::size_t k = 0; k < kAxisCount; ++k) {
-        const double d1 = last.jerk * last.direction[k];
-        const double d2 = ramp.jerk * ramp.direction[k];
-        piece.axis[k] = {
-            ramp.corner[k] - d1 * t * t * t * third, 0.5 * d1 * t * t, -0.5 * d1 * t, (d1 + d2) * third, 0.0, 0.0};
+        const double d1 = last.direction[k];
+        const double d2 = next.direction[k];
+        v0[k] = d1 * a.v + d2 * b.v;
+        a0[k] = d1 * a.a + d2 * b.a;
+        jerk[k] = d1 * a.j + d2 * b.j;
+        piece.axis[k] = {last.origin[k] + d1 * a.s + d2 * b.s, v0[k], 0.5 * a0[k], jerk[k] * (1.0 / 6.0), 0.0, 0.0};
     }
+    const auto velocity = [&](double t) noexcept { return along(along(v0, t, a0), 0.5 * t * t, jerk); };
+    const auto along_path = [&](double t) noexcept {
+        const Place v = velocity(t);
+        const double speed = length3(v);
+        return Motion{0.0, speed, speed > 0.0 ? dot3(v, along(a0, t, jerk)) / speed : 0.0};
+    };
     double length = 0.0;
     for (std::size_t i = 0; i < kNode.size(); ++i) {
-        const double u = t * kNode[i];
-        const double w = t - u;
-        const Place v = along(times(0.5 * last.jerk * w * w, last.direction), 0.5 * ramp.jerk * u * u, ramp.direction);
-        length = length + kWeight[i] * length3(v);
+        length = length + kWeight[i] * length3(velocity(duration * kNode[i]));
     }
-    const double g1 = length3(last.direction) * last.jerk;
-    const double g2 = length3(ramp.direction) * ramp.jerk;
-    piece.distance =
-        hermite({distance_, 0.5 * g1 * t * t, -g1 * t}, {distance_ + t * length, 0.5 * g2 * t * t, g2 * t}, t);
+    Motion begin = along_path(0.0);
+    Motion end = along_path(duration);
+    begin.p = distance_;
+    end.p = distance_ + duration * length;
+    piece.distance = hermite(begin, end, duration);
     close_piece(piece);
-    ramp_piece(ramp, t, ramp.duration, false);
 }
 
-void TrajectoryWriter::end(const Ramp& ramp) noexcept {
-    waiting_ = ramp;
-    has_waiting_ = true;
+namespace {
+
+/// Takes `duration` off the front of a phase.
+void advance(Phase& phase, double duration) noexcept {
+    const double t = duration;
+    phase.s += t * (phase.v + t * (0.5 * phase.a + t * phase.j * (1.0 / 6.0)));
+    phase.v += t * (phase.a + t * 0.5 * phase.j);
+    phase.a += t * phase.j;
+    phase.duration -= t;
+}
+
+double duration_of(const Stretch& stretch) noexcept {
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < stretch.count; ++i) {
+        sum += stretch.phase[i].duration;
+    }
+    return sum;
+}
+
+void drop_first(Stretch& stretch) noexcept {
+    for (std::uint32_t i = 1; i < stretch.count; ++i) {
+        stretch.phase[i - 1] = stretch.phase[i];
+        stretch.item[i - 1] = stretch.item[i];
+    }
+    --stretch.count;
+}
+
+}  // namespace
+
+/// Writes the first `duration` of what waits.
+void TrajectoryWriter::write_waiting(double duration) noexcept {
+    double left = duration;
+    while (waiting_.count > 0 && left > kShortest) {
+        Phase& first = waiting_.phase[0];
+        if (first.duration - left > kShortest) {
+            Phase part = first;
+            part.duration = left;
+            write_phase(waiting_, part, waiting_.item[0]);
+            advance(first, left);
+            return;
+        }
+        left -= first.duration;
+        write_phase(waiting_, first, waiting_.item[0]);
+        drop_first(waiting_);
+    }
+}
+
+void TrajectoryWriter::join(const Stretch& stretch, double overlap) noexcept {
+    Stretch next = stretch;
+    const double whole = duration_of(waiting_);
+    const double shared = smaller(overlap, smaller(whole, duration_of(next)));
+    if (!(shared > kShortest)) {
+        flush();
+        waiting_ = next;
+        return;
+    }
+    write_waiting(whole - shared);
+    // Both together, from one change of phase to the next; what waits ends here by construction.
+    while (waiting_.count > 0 && next.count > 0) {
+        Phase& a = waiting_.phase[0];
+        Phase& b = next.phase[0];
+        const bool a_first = a.duration <= b.duration;
+        const double t = a_first ? a.duration : b.duration;
+        if (t > kShortest) {
+            write_both(waiting_, a, next, b, t, waiting_.item[0]);
+        }
+        const bool both = absolute(a.duration - b.duration) <= kShortest;
+        if (a_first || both) {
+            drop_first(waiting_);
+        } else {
+            advance(a, t);
+        }
+        if (!a_first || both) {
+            drop_first(next);
+        } else {
+            advance(b, t);
+        }
+    }
+    waiting_ = next;
 }
 
 void TrajectoryWriter::flush() noexcept {
-    if (has_waiting_) {
-        has_waiting_ = false;
-        ramp_piece(waiting_, 0.0, waiting_.duration, true);
+    for (std::uint32_t i = 0; i < waiting_.count; ++i) {
+        if (waiting_.phase[i].duration > kShortest) {
+            write_phase(waiting_, waiting_.phase[i], waiting_.item[i]);
+        }
     }
+    waiting_.count = 0;
 }
 
 void TrajectoryWriter::cell(const Node& from, const Node& to, double b0, double c0, double b1, double c1) noexcept {

@@ -10,14 +10,26 @@
 
 namespace sc::trajectory {
 
-/// A ramp of constant jerk from rest at a corner (or, seen backward, to rest there).
-struct Ramp {
-    Place corner{};
-    Place direction{};  ///< of the path
-    double jerk = 0.0;
-    double duration = 0.0;
-    std::uint32_t item = 0;
+/// Phases of constant jerk along a line, place = origin + s · direction. A whole straight run, or the ramp that a curve
+/// begins or ends with.
+struct Stretch {
+    Place origin{};
+    Place direction{};
+    std::array<Phase, LinePlan::kCapacity> phase{};
+    std::array<std::uint32_t, LinePlan::kCapacity> item{};
+    std::uint32_t count = 0;
+
+    void add(const Phase& added, std::uint32_t its_item) noexcept {
+        phase[count] = added;
+        item[count] = its_item;
+        ++count;
+    }
 };
+/// A ramp of constant jerk from rest at a corner, or to rest there.
+[[nodiscard]] Stretch ramp_from(const Place& corner, const Place& direction, double jerk, double duration,
+                                std::uint32_t item) noexcept;
+[[nodiscard]] Stretch ramp_to(const Place& corner, const Place& direction, double jerk, double duration,
+                              std::uint32_t item) noexcept;
 
 /// A cell with its states at both ends, as quintics over time.
 struct CellMotion {
@@ -46,15 +58,13 @@ public:
     [[nodiscard]] Ring<Piece>& pieces() noexcept { return pieces_; }
     [[nodiscard]] const Ring<Piece>& pieces() const noexcept { return pieces_; }
 
-    /// Begins a run; overlaps the ramp left by the last end() for up to `overlap`. At most 4 pieces.
-    void begin(const Ramp& ramp, double overlap) noexcept;
-    /// Ends a run; its pieces come with the next begin() or with flush().
-    void end(const Ramp& ramp) noexcept;
-    /// Writes the ramp that waits, to rest.
+    /// Begins a run at a corner, overlapping what waits by `overlap`; the rest of `stretch` waits in its turn. At most 20
+    /// pieces.
+    void join(const Stretch& stretch, double overlap) noexcept;
+    /// What is to be overlapped by the next join(): the end of a curve.
+    void wait(const Stretch& stretch) noexcept { waiting_ = stretch; }
+    /// Writes what waits.
     void flush() noexcept;
-    /// A stretch of constant jerk along the line place = origin + s · direction.
-    void line(const Place& origin, const Place& direction, const Phase& phase, std::uint32_t item,
-              LimitedBy limited) noexcept;
     /// A cell. Rest at an end: state (0, 0).
     void cell(const Node& from, const Node& to, double b0, double c0, double b1, double c1) noexcept;
 
@@ -64,14 +74,16 @@ public:
     [[nodiscard]] double time() const noexcept { return time_; }
 
 private:
-    void ramp_piece(const Ramp& ramp, double from, double to, bool to_rest) noexcept;
+    void write_waiting(double duration) noexcept;
+    void write_phase(const Stretch& stretch, const Phase& phase, std::uint32_t item) noexcept;
+    void write_both(const Stretch& last, const Phase& a, const Stretch& next, const Phase& b, double duration,
+                    std::uint32_t item) noexcept;
     Piece& open_piece(double duration, std::uint32_t item, LimitedBy limited) noexcept;
     void close_piece(Piece& piece) noexcept;
 
     Ring<Piece> pieces_;
     Limits limits_;
-    Ramp waiting_;
-    bool has_waiting_ = false;
+    Stretch waiting_;
     double time_ = 0.0;
     double distance_ = 0.0;
     std::uint32_t item_ = 0;

@@ -15,6 +15,7 @@ constexpr double kRampShare = 0.7;      ///< of the limits, for a ramp on a curv
 constexpr double kMost = 1.002;         ///< excess that is accepted
 constexpr double kSlack = 0.012;        ///< near the start of a plan that begins moving
 constexpr double kContinueShare = 0.1;  ///< of a window, if the plan in force goes on
+constexpr std::uint32_t kPiecesAtOnce = 24;  ///< a corner, and the first of the curve
 constexpr std::uint32_t kTries = 3;
 constexpr std::uint32_t kTriesFromRest = 8;
 
@@ -98,7 +99,7 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
         case Stage::forward: forward(limits, nodes); return 1;
         case Stage::check: check(limits, nodes); return 1;
         case Stage::write:
-            if (writer.pieces().free() < 4) {
+            if (writer.pieces().free() < kPiecesAtOnce) {
                 return 0;
             }
             write(limits, nodes, writer);
@@ -392,7 +393,8 @@ void WindowPlanner::write(const Limits& limits, Ring<Node>& nodes, TrajectoryWri
         if (fresh_) {
             const double a = 0.5 * base.c;
             const double t = 2.0 * square_root(base.b) / a;
-            writer.begin({begin_.corner, base.d1, a / t, t, item_}, overlap_);
+            writer.join(ramp_from(begin_.corner, base.d1, a / t, t, item_), overlap_);
+            writer.flush();
         } else {
             writer.cell(nodes[base_ - 1], base, 0.0, 0.0, base.b, base.c);
         }
@@ -417,7 +419,7 @@ void WindowPlanner::write(const Limits& limits, Ring<Node>& nodes, TrajectoryWri
         if (force_to_end_) {
             const double a = -0.5 * node.c;
             const double t = 2.0 * square_root(node.b) / a;
-            writer.end({end_.corner, node.d1, a / t, t, node.item});
+            writer.wait(ramp_to(end_.corner, node.d1, a / t, t, node.item));
             done_ = true;
         } else {
             writer.cell(node, nodes[force_window_], node.b, node.c, 0.0, 0.0);
