@@ -10,7 +10,8 @@ namespace {
 constexpr double kShare = 0.9995;   ///< of tolerance, jerk and time at corners, for rounding
 constexpr double kStubShare = 0.6;  ///< of a stub, used by the ramp
 
-constexpr double kLonger = 1.02;         ///< overlap that is worth a lower jerk
+constexpr double kOutward = 0.33;    ///< of the tolerance
+constexpr double kLonger = 1.02;     ///< overlap that is worth a lower jerk
 constexpr double kShortest = 1e-12;  ///< s; a cruise below is rounding
 
 /// A ramp that a line begins with, seen as part of a change of speed with the line's own jerk that began earlier, from
@@ -96,9 +97,32 @@ double duration_at(double length, const Along& limits) noexcept {
     return sum;
 }
 
+/// The larger of sin θ and √2·sin(θ/2): deviation from the legs and from the corner, per k.
+double width(const Place& d1, const Place& d2) noexcept {
+    const double cosine = clamped(dot(d1, d2) / (length(d1) * length(d2)), -1.0, 1.0);
+    return larger(square_root(1.0 - cosine * cosine), square_root(1.0 - cosine));
+}
+
 }  // namespace
 
-Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) noexcept {
+Outward move_corner(const Limits& limits, const Stub& before, const Stub& after) noexcept {
+    Outward outward;
+    const double tolerance = limits.tolerance;
+    outward.room = tolerance;
+    const double shorter = smaller(before.length, after.length);
+    const double widest = width(before.direction, after.direction);
+    if (!before.whole || !after.whole || !(widest > 0.0) || shorter < 6.0 * tolerance || tolerance < 1e-7) {
+        return outward;
+    }
+    const double slender = tolerance / shorter;
+    const double share = kOutward * (1.0 - 6.0 * slender);
+    outward.shift = times(share * tolerance / widest, minus(before.direction, after.direction));
+    // The lines turn a little, and where the corner is rounded they are moved less than at the corner.
+    outward.room = tolerance * (1.0 + share * (1.0 - 4.0 * slender)) * (1.0 - 2.0 * share * slender);
+    return outward;
+}
+
+Joint make_joint(const Limits& limits, const Stub& before, const Stub& after, double room) noexcept {
     const Place& d1 = before.direction;
     const Place& d2 = after.direction;
     const Along along1 = limits_along(limits, d1);
@@ -118,15 +142,12 @@ Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) no
             most = smaller(most, limits.acceleration[k] / (magnitudes * alone));
         }
     }
-    const double cosine = clamped(dot(d1, d2) / (length(d1) * length(d2)), -1.0, 1.0);
-    const double sine = square_root(1.0 - cosine * cosine);
-    const double half_sine = square_root(0.5 * (1.0 - cosine));
-    const double widest = larger(sine, 1.4142135623730951 * half_sine);
+    const double widest = width(d1, d2);
     if (!(limits.tolerance >= 1e-7) || !(widest > 0.0)) {
         return {0.0, ramps};
     }
     const auto by_tolerance = [&](double jerk) noexcept {
-        return smaller(cube_root(48.0 * kShare * limits.tolerance / (jerk * widest)), kShare * most);
+        return smaller(cube_root(48.0 * kShare * room / (jerk * widest)), kShare * most);
     };
     // How long each side can stay on its ramp, and how long it can be overlapped at all.
     const auto ramp = [](const Stub& stub, const Along& along, double jerk) noexcept {
@@ -138,8 +159,8 @@ Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) no
         return stub.whole ? 0.5 * kShare * duration_at(stub.length, {along.speed, along.acceleration, jerk})
                           : ramp(stub, along, jerk);
     };
-    const Joint on_ramps{
-        smaller(by_tolerance(ramps), smaller(ramp(before, along1, ramps), ramp(after, along2, ramps))), ramps};
+    const Joint on_ramps{smaller(by_tolerance(ramps), smaller(ramp(before, along1, ramps), ramp(after, along2, ramps))),
+                         ramps};
     const Joint on_phases{
         smaller(by_tolerance(phases), smaller(half(before, along1, phases), half(after, along2, phases))), phases};
     return on_phases.duration > kLonger * on_ramps.duration ? on_phases : on_ramps;
@@ -149,18 +170,21 @@ LinePlan plan_line(double length, const Along& line, const Joint& head_joint, co
     Along limits = line;
     Joint head = head_joint;
     Joint tail = tail_joint;
-    const double longest = cube_root(length / (2.0 * limits.jerk));
-    if (head.duration > longest || tail.duration > longest) {
-        limits.jerk = smaller(limits.jerk, smaller(head.jerk, tail.jerk));
-        head = tail = {};
-    }
-    const Start from = make_start(head, limits.jerk);
-    const Start to = make_start(tail, limits.jerk);
+    Start from = make_start(head, limits.jerk);
+    Start to = make_start(tail, limits.jerk);
+    // Least peak: the acceleration of the ramps is only taken back.
+    const auto least_peak = [&] {
+        return larger(from.virtual_v + from.a * from.virtual_t, to.virtual_v + to.a * to.virtual_t);
+    };
     const auto used = [&](double peak) noexcept {
         return distance_to(from, peak, limits) + distance_to(to, peak, limits);
     };
-    // Least peak: the acceleration of the ramps is only taken back.
-    const double least = larger(from.virtual_v + from.a * from.virtual_t, to.virtual_v + to.a * to.virtual_t);
+    if (used(least_peak()) > length) {
+        limits.jerk = smaller(limits.jerk, smaller(head.jerk, tail.jerk));
+        head = tail = {};
+        from = to = {};
+    }
+    const double least = least_peak();
     double peak = limits.speed;
     LinePlan plan;
     if (used(peak) > length) {

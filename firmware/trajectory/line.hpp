@@ -36,9 +36,16 @@ struct Joint {
     double duration = 0.0;
     double jerk = 0.0;
 };
-/// `before` ends at the corner and `after` begins there.
-[[nodiscard]] Joint make_joint(const Limits& limits, const Stub& before, const Stub& after) noexcept;
+/// `before` ends at the corner and `after` begins there. `room` is what k·sin θ may be at most.
+[[nodiscard]] Joint make_joint(const Limits& limits, const Stub& before, const Stub& after, double room) noexcept;
 
+/// Two lines that meet may be moved outward where they do, so that the rounded corner lies on both sides of the true
+/// one: `shift` is for the corner, `room` for make_joint. At most a third of the tolerance, less for short lines.
+struct Outward {
+    Place shift{};
+    double room = 0.0;
+};
+[[nodiscard]] Outward move_corner(const Limits& limits, const Stub& before, const Stub& after) noexcept;
 
 /// One stretch of constant jerk along a line; state at its start.
 struct Phase {

@@ -32,7 +32,7 @@ std::expected<void, Refusal> Planner::open(const Spec& spec) noexcept {
     finished_ = false;
     count_ = 0;
     corner_ = 0;
-    has_head_ = false;
+    has_run_ = false;
     return {};
 }
 
@@ -104,28 +104,61 @@ double Planner::ramp_length(const Stub& stub, const Joint& joint) const noexcept
     return larger(free, asked);
 }
 
-/// Joint of the run that ends with `before` at a corner with the one behind it; at the path's end a plain stop.
-bool Planner::joint_at(std::uint32_t corner, const Stub& before, Joint& joint, Stub& after) const noexcept {
-    if (points_.closed() && corner + 1 == points_.end()) {
-        joint = {0.0, limits_along(limits_, before.direction).jerk};
-        after = {};
+namespace {
+
+Stub line_between(const Place& from, const Place& to, const Stub& stub) noexcept {
+    Stub line = stub;
+    const Place step = minus(to, from);
+    line.length = length(step);
+    line.direction = times(1.0 / line.length, step);
+    return line;
+}
+
+}  // namespace
+
+/// The joint at `corner`, where a run with the stub `before` ends (whole lines: it began at `from`), and what begins
+/// there. At the path's end a plain stop. False while more points are needed.
+bool Planner::look_behind(std::uint32_t corner, const Stub& before, const Place& from, Behind& behind) const noexcept {
+    behind = {};
+    behind.corner = points_[corner].p;
+    Stub line = before;
+    if (is_end(corner)) {
+        line = before.whole ? line_between(from, behind.corner, before) : before;
+        behind.joint = {0.0, limits_along(limits_, line.direction).jerk};
         return true;
     }
-    if (!points_.stub(corner, true, limits_, after)) {
+    if (!points_.stub(corner, true, limits_, behind.stub)) {
         return false;
     }
-    joint = make_joint(limits_, before, after);
+    const Outward here = move_corner(limits_, before, behind.stub);
+    behind.corner = plus(behind.corner, here.shift);
+    if (before.whole) {
+        line = line_between(from, behind.corner, before);
+    }
+    behind.line = behind.stub;
+    if (behind.stub.whole) {
+        const std::uint32_t next = behind.stub.point;
+        Place to = points_[next].p;
+        if (!is_end(next)) {
+            Stub after;
+            if (!points_.stub(next, true, limits_, after)) {
+                return false;
+            }
+            to = plus(to, move_corner(limits_, behind.stub, after).shift);
+        }
+        behind.line = line_between(behind.corner, to, behind.stub);
+    }
+    behind.joint = make_joint(limits_, line, behind.line, here.room);
     return true;
 }
 
-void Planner::next_run(std::uint32_t corner, const Joint& joint, const Stub& after) noexcept {
+void Planner::next_run(std::uint32_t corner, const Behind& behind) noexcept {
     corner_ = corner;
-    joint_ = joint;
-    head_ = after;
-    has_head_ = true;
+    run_ = behind;
+    has_run_ = true;
     points_.forget_before(corner);
     stage_ = Stage::seek;
-    if (points_.closed() && corner + 1 == points_.end()) {
+    if (is_end(corner)) {
         writer_.flush();
         stage_ = Stage::complete;
     }
@@ -135,51 +168,53 @@ std::uint32_t Planner::seek() noexcept {
     if (writer_.pieces().free() < kLinePieces) {
         return 0;
     }
-    if (!has_head_) {
-        if (points_.known() < 1 || !points_.stub(corner_, true, limits_, head_)) {
+    if (!has_run_) {
+        run_ = {};
+        if (points_.known() < 1 || !points_.stub(corner_, true, limits_, run_.stub)) {
             return 0;
         }
-        joint_ = {0.0, limits_along(limits_, head_.direction).jerk};
-        has_head_ = true;
+        run_.corner = points_[corner_].p;
+        run_.joint = {0.0, limits_along(limits_, run_.stub.direction).jerk};
+        has_run_ = true;
     }
-    if (head_.whole) {
-        Joint end;
-        Stub after;
-        if (!joint_at(head_.point, head_, end, after)) {
+    const Stub& head = run_.stub;
+    if (head.whole) {
+        Behind behind;
+        if (!look_behind(head.point, head, run_.corner, behind)) {
             return 0;
         }
-        write_line(end);
-        next_run(head_.point, end, after);
+        const std::uint32_t end = head.point;
+        write_line(line_between(run_.corner, behind.corner, head), behind.joint);
+        next_run(end, behind);
         return 4;
     }
-    points_.absorb(corner_, head_, true);
-    const double ramp = ramp_length(head_, joint_);
+    points_.absorb(corner_, head, true);
+    const double ramp = ramp_length(head, run_.joint);
     nodes_.clear();
     spline_.start(points_, corner_, ramp);
-    window_.start(nodes_, points_[corner_].p, joint_, joint_.duration, ramp, points_[corner_].item);
+    window_.start(nodes_, run_.corner, run_.joint, run_.joint.duration, ramp, points_[corner_].item);
     stage_ = Stage::curve;
     return 1;
 }
 
-void Planner::write_line(const Joint& end) noexcept {
-    const Vertex& from = points_[corner_];
-    const Place& d = head_.direction;
-    const Along along = limits_along(limits_, d);
-    const LinePlan plan = plan_line(head_.length, along, joint_, end);
-    Stretch stretch{.origin = from.p, .direction = d};
+void Planner::write_line(const Stub& line, const Joint& end) noexcept {
+    const Along along = limits_along(limits_, line.direction);
+    const LinePlan plan = plan_line(line.length, along, run_.joint, end);
+    Stretch stretch{.origin = run_.corner, .direction = line.direction};
+    const double s = points_[corner_].s;
     std::uint32_t i = corner_;
     for (std::uint32_t k = 0; k < plan.count; ++k) {
-        while (i + 1 < head_.point && points_[i + 1].s - from.s <= plan.phase[k].s) {
+        while (i + 1 < line.point && points_[i + 1].s - s <= plan.phase[k].s) {
             ++i;
         }
         stretch.add(plan.phase[k], points_[i].item);
     }
-    writer_.join(stretch, joint_.duration);
+    writer_.join(stretch, run_.joint.duration);
 }
 
 std::uint32_t Planner::follow_curve() noexcept {
     if (window_.done()) {
-        next_run(spline_.end_seen(), next_joint_, next_head_);
+        next_run(spline_.end_seen(), next_);
         return 1;
     }
     const std::uint32_t units = window_.step(limits_, nodes_, writer_);
@@ -189,11 +224,11 @@ std::uint32_t Planner::follow_curve() noexcept {
     if (spline_.wants_end()) {
         Stub tail;
         const std::uint32_t end = spline_.end_seen();
-        if (points_.stub(end, false, limits_, tail) && joint_at(end, tail, next_joint_, next_head_)) {
+        if (points_.stub(end, false, limits_, tail) && look_behind(end, tail, {}, next_)) {
             points_.absorb(end, tail, false);
-            const double ramp = ramp_length(tail, next_joint_);
+            const double ramp = ramp_length(tail, next_.joint);
             spline_.set_end(end, ramp);
-            window_.set_end(points_[end].p, next_joint_, ramp);
+            window_.set_end(points_[end].p, next_.joint, ramp);
             return 1;
         }
     }

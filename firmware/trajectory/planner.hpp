@@ -67,10 +67,21 @@ private:
 
     [[nodiscard]] std::uint32_t seek() noexcept;
     [[nodiscard]] std::uint32_t follow_curve() noexcept;
-    [[nodiscard]] bool joint_at(std::uint32_t corner, const Stub& before, Joint& joint, Stub& after) const noexcept;
-    void write_line(const Joint& end) noexcept;
+    /// What comes behind a corner.
+    struct Behind {
+        Stub stub;  ///< of the points
+        Stub line;  ///< as it is run: with the corners at both ends moved
+        Place corner{};
+        Joint joint;
+    };
+    [[nodiscard]] bool look_behind(std::uint32_t corner, const Stub& before, const Place& from,
+                                   Behind& behind) const noexcept;
+    [[nodiscard]] bool is_end(std::uint32_t point) const noexcept {
+        return points_.closed() && point + 1 == points_.end();
+    }
+    void write_line(const Stub& line, const Joint& end) noexcept;
     [[nodiscard]] double ramp_length(const Stub& stub, const Joint& joint) const noexcept;
-    void next_run(std::uint32_t corner, const Joint& joint, const Stub& after) noexcept;
+    void next_run(std::uint32_t corner, const Behind& behind) noexcept;
 
     Polyline points_;
     Ring<Node> nodes_;
@@ -85,11 +96,9 @@ private:
     Place still_{};  ///< axes that must not move
 
     std::uint32_t corner_ = 0;  ///< where the run begins
-    Joint joint_;               ///< there
-    Stub head_;                 ///< behind it
-    bool has_head_ = false;
-    Joint next_joint_;
-    Stub next_head_;
+    Behind run_;                ///< of that corner
+    bool has_run_ = false;
+    Behind next_;  ///< of the corner at which a curve ends
 };
 
 }  // namespace sc::trajectory

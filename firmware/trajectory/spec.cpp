@@ -14,6 +14,7 @@ constexpr double kLeastRounding = 1e-7;                ///< m
 constexpr double kLeastCurve = 1e-9;                   ///< m, of what is not a corner
 constexpr double kCellsPerBraking = 9.0;
 constexpr double kStepsPerBraking = 22.0;
+constexpr double kLongestCell = 2e-3;  ///< s, at full speed, if braking is shorter
 constexpr double kBrakingsAhead = 2.0;
 
 bool in_range(double v) noexcept { return v >= kLowest && v <= kHighest; }
@@ -69,8 +70,8 @@ std::expected<Limits, Refusal> make_limits(const Spec& spec) noexcept {
     }
     limits.merge = clamped(0.2 * spec.tolerance, 1e-9, 2e-6);
     limits.corner_cosine = spec.tolerance < kLeastRounding ? kSharpCosine : kCornerCosine;
-    limits.longest_cell = larger(fastest / kCellsPerBraking, 5e-5);
-    limits.longest_step = larger(fastest / kStepsPerBraking, 2.5e-5);
+    limits.longest_cell = larger(fastest / kCellsPerBraking, kLongestCell * spec.speed);
+    limits.longest_step = larger(fastest / kStepsPerBraking, 0.5 * kLongestCell * spec.speed);
     limits.stub = larger(smaller(30.0 * spec.tolerance, 2.5 * stub), 10.0 * limits.merge);
     limits.window = larger(kBrakingsAhead * slowest, 8.0 * limits.longest_cell);
     return limits;

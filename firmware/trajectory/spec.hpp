@@ -59,8 +59,8 @@ struct Limits {
     double corner_cosine = 0.0;         ///< a vertex that turns by more is a corner
     double longest_cell = 0.0;          ///< between knots where the path bends
     double longest_step = 0.0;          ///< of the timing, there
-    double stub = 0.0;    ///< a straight piece at a corner longer than this is of no more use
-    double window = 0.0;  ///< length that a plan looks ahead
+    double stub = 0.0;                  ///< a straight piece at a corner longer than this is of no more use
+    double window = 0.0;                ///< length that a plan looks ahead
 
     [[nodiscard]] Place scaled(const Place& place) const noexcept {
         return {place[0], place[1], place[2], place[3] * metres_per_turn_unit};

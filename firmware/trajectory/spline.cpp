@@ -7,19 +7,19 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kSlope = 0.3;       ///< greatest change of the spacing with s
-constexpr double kEndSlope = 0.35;           ///< spacing per distance to the run's ends
-constexpr double kFirstShare = 0.95;  ///< of the tolerance, for the first choice of a spacing
-constexpr double kLastShare = 0.94;  ///< of the tolerance, for the check; the rest is for what was absorbed
-constexpr double kSharpenReach = 2.0;      ///< spacings
-constexpr double kSharpen = 0.05;  ///< of the second difference, against the inward pull of the spline
-constexpr double kFiner = 0.85;    ///< between tries of a first choice
-constexpr double kCloser = 0.8;    ///< after a check that failed
+constexpr double kSlope = 0.3;         ///< greatest change of the spacing with s
+constexpr double kEndSlope = 0.5;      ///< spacing per distance to the run's ends
+constexpr double kFirstShare = 0.95;   ///< of the tolerance, for the first choice of a spacing
+constexpr double kLastShare = 0.94;    ///< of the tolerance, for the check; the rest is for what was absorbed
+constexpr double kSharpenReach = 2.0;  ///< spacings
+constexpr double kSharpen = 0.05;      ///< of the second difference, against the inward pull of the spline
+constexpr double kFiner = 0.85;        ///< between tries of a first choice
+constexpr double kCloser = 0.8;        ///< after a check that failed
 constexpr double kSpacingsAhead = 4.0;
 constexpr std::uint32_t kVerticesAhead = 144;
 constexpr std::uint32_t kVerticesBeside = 48;
 constexpr std::uint32_t kMostSteps = 8;  ///< of a cell
-constexpr std::int64_t kDeferred = 7;  ///< cells that must fit beyond the one that is given out
+constexpr std::int64_t kDeferred = 7;    ///< cells that must fit beyond the one that is given out
 
 }  // namespace
 
@@ -170,10 +170,15 @@ double SplineBuilder::spacing_at(const Polyline& points, const Limits& limits, d
     }
     const double rest = points[end_].s - end_ramp_ - s;
     h = smaller(h, kEndSlope * (points[end_].s - s));
-    if (rest <= 1.3 * h) {
-        return rest;
+    // The last cells share what is left; three at least, so that each end has control points of its own.
+    std::int64_t cells = rest <= 1.3 * h ? 1 : (rest <= 2.3 * h ? 2 : 3);
+    if (cells == 3 && rest > 3.3 * h) {
+        return h;
     }
-    return rest <= 2.3 * h ? 0.5 * rest : h;
+    if (cells < 4 - knots_) {
+        cells = 4 - knots_;
+    }
+    return cells == 1 ? rest : rest / static_cast<double>(cells);
 }
 
 void SplineBuilder::make_control(const Polyline& points) noexcept {

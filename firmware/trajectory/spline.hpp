@@ -62,7 +62,7 @@ private:
     void set_closer(Polyline& points, std::int64_t cell) noexcept;
     void give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept;
     void give_node(const Limits& limits, const Place& d3, double s, const Draft& at, std::uint32_t item,
-                          Ring<Node>& nodes) noexcept;
+                   Ring<Node>& nodes) noexcept;
     [[nodiscard]] const Draft& draft(std::int64_t i) const noexcept {
         return draft_[static_cast<std::size_t>(i) % kKept];
     }

@@ -8,7 +8,7 @@ namespace sc::trajectory {
 namespace {
 
 constexpr double kAccelerationShare = 0.998;
-constexpr double kJerkShare = 0.985;
+constexpr double kJerkShare = 0.988;
 constexpr double kLeastShare = 0.02;  ///< of the guess, below which b is not let fall
 
 /// b·B + c·C + u·U ≤ R

@@ -71,7 +71,7 @@ CellMotion cell_motion(const Node& from, const Node& to, double b0, double c0, d
 Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
     Excess found;
     double fastest = 0.0;
-    constexpr int kSamples = 4;
+    constexpr int kSamples = 8;
     for (int i = 0; i <= kSamples; ++i) {
         const double t = motion.duration * i * (1.0 / kSamples);
         double sum = 0.0;
@@ -152,8 +152,8 @@ void TrajectoryWriter::write_phase(const Stretch& stretch, const Phase& phase, s
     Piece& piece = open_piece(phase.duration, item, limited);
     for (std::size_t k = 0; k < kAxisCount; ++k) {
         const double d = stretch.direction[k];
-        piece.axis[k] = {stretch.origin[k] + d * phase.s, d * phase.v, 0.5 * d * phase.a, d * phase.j * (1.0 / 6.0),
-                         0.0, 0.0};
+        piece.axis[k] = {stretch.origin[k] + d * phase.s, d * phase.v, 0.5 * d * phase.a,
+                         d * phase.j * (1.0 / 6.0),       0.0,         0.0};
     }
     const double g = length3(stretch.direction);
     piece.distance = {distance_, g * phase.v, 0.5 * g * phase.a, g * phase.j * (1.0 / 6.0), 0.0, 0.0};

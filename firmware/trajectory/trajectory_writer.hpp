@@ -58,8 +58,8 @@ public:
     [[nodiscard]] Ring<Piece>& pieces() noexcept { return pieces_; }
     [[nodiscard]] const Ring<Piece>& pieces() const noexcept { return pieces_; }
 
-    /// Begins a run at a corner, overlapping what waits by `overlap`; the rest of `stretch` waits in its turn. At most 20
-    /// pieces.
+    /// Begins a run at a corner, overlapping what waits by `overlap`; the rest of `stretch` waits in its turn. At most
+    /// 20 pieces.
     void join(const Stretch& stretch, double overlap) noexcept;
     /// What is to be overlapped by the next join(): the end of a curve.
     void wait(const Stretch& stretch) noexcept { waiting_ = stretch; }

@@ -8,13 +8,14 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kCommitShare = 0.3;    ///< of a window, to be written before the next plan
-constexpr double kTrustShare = 0.25;    ///< of a plan in force, whose speeds are the guess for the next
-constexpr double kGuessShare = 0.8;     ///< of the acceleration, for the first guess
-constexpr double kRampShare = 0.7;      ///< of the limits, for a ramp on a curve
-constexpr double kMost = 1.002;         ///< excess that is accepted
-constexpr double kSlack = 0.012;        ///< near the start of a plan that begins moving
-constexpr double kContinueShare = 0.1;  ///< of a window, if the plan in force goes on
+constexpr double kCommitShare = 0.3;         ///< of a window, to be written before the next plan
+constexpr double kTrustShare = 0.25;         ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 1.0;          ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;           ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;              ///< excess that is accepted
+constexpr double kMostSpeed = 1.001;         ///< it is looked at in a few places of a cell only
+constexpr double kSlack = 0.012;             ///< near the start of a plan that begins moving
+constexpr double kContinueShare = 0.1;       ///< of a window, if the plan in force goes on
 constexpr std::uint32_t kPiecesAtOnce = 24;  ///< a corner, and the first of the curve
 constexpr std::uint32_t kTries = 3;
 constexpr std::uint32_t kTriesFromRest = 8;
@@ -148,7 +149,7 @@ void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept
     }
     tries_ = 0;
     target_length_ = to_end_ ? end_.ramp : nodes[target_].h;
-    target_jerk_ = to_end_ ? end_.joint.jerk : target_share_ * ramp_jerk(limits, nodes[target_], nodes[window_]);
+    target_jerk_ = target_share_ * (to_end_ ? end_.joint.jerk : ramp_jerk(limits, nodes[target_], nodes[window_]));
     if (resting_) {
         start_length_ = fresh_ ? begin_.ramp : nodes[base_ - 1].h;
         start_jerk_ = fresh_ ? begin_.joint.jerk : start_share_ * ramp_jerk(limits, nodes[base_ - 1], nodes[base_]);
@@ -257,7 +258,7 @@ void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to,
         room1 *= factor;
         worst_ = larger(worst_, square_root(e.acceleration));
     }
-    if (e.speed > kMost) {
+    if (e.speed > kMostSpeed) {
         good_ = false;
         room0 *= 0.99;
         room1 *= 0.99;
@@ -280,7 +281,19 @@ void WindowPlanner::check(const Limits& limits, Ring<Node>& nodes) noexcept {
         note(limits, nodes[base_ - 1], base, 0.0, 0.0, base.trial_b, base.trial_c, start_share_, ignored, ignored);
         start_jerk_ = start_share_ * ramp_jerk(limits, nodes[base_ - 1], base);
     }
-    if (!to_end_) {
+    if (to_end_) {
+        // The ramp at the run's end may be one that another run overlaps: exactly within its jerk.
+        const double v = square_root(node.trial_b);
+        const double a = 0.5 * absolute(node.trial_c);
+        const double jerk = 0.5 * a * a / v;
+        if (!(jerk <= kMost * end_.joint.jerk)) {
+            good_ = false;
+            const double ratio = jerk / end_.joint.jerk;
+            target_share_ *= larger(0.5, 0.99 / ratio);
+            worst_ = larger(worst_, cube_root(ratio));
+        }
+        target_jerk_ = target_share_ * end_.joint.jerk;
+    } else {
         note(limits, node, nodes[window_], node.trial_b, node.trial_c, 0.0, 0.0, target_share_, ignored, ignored);
         target_jerk_ = target_share_ * ramp_jerk(limits, node, nodes[window_]);
     }
