@@ -8,7 +8,8 @@ namespace sc::trajectory {
 namespace {
 
 constexpr double kFarthest = 1e4;
-constexpr double kFreeRamp = 0.5;  ///< of the time to full acceleration, for a ramp that no corner asks for
+constexpr double kFreeRamp = 0.5;       ///< of the time to full acceleration, for a ramp that no corner asks for
+constexpr double kShortestRamp = 1e-7;  ///< m
 constexpr double kRampOfStub = 0.6;
 constexpr std::uint32_t kLinePieces = 24;
 
@@ -95,13 +96,23 @@ std::uint32_t Planner::work(std::uint32_t units) noexcept {
     return used;
 }
 
-/// Ramp in s that a curve leaves to its corner: that of the joint, or a longer one if the stub allows.
-double Planner::ramp_length(const Stub& stub, const Joint& joint) const noexcept {
+/// Ramp that a curve leaves to its corner: that of the joint, or a longer one if the stub allows. Where full
+/// acceleration is reached within nanometres the ramp is longer than that, with less jerk.
+Planner::End Planner::ramp_at(const Stub& stub, const Joint& joint) const noexcept {
     const Along along = limits_along(limits_, stub.direction);
-    const double t = smaller(kFreeRamp * along.acceleration / joint.jerk, 0.8 * square_root(along.speed / joint.jerk));
-    const double free = smaller(kRampOfStub * stub.length, joint.jerk * t * t * t * (1.0 / 6.0));
     const double asked = joint.jerk * joint.duration * joint.duration * joint.duration * (1.0 / 6.0);
-    return larger(free, asked);
+    const double t = smaller(kFreeRamp * along.acceleration / joint.jerk, 0.8 * square_root(along.speed / joint.jerk));
+    const double free = larger(joint.jerk * t * t * t * (1.0 / 6.0), kShortestRamp);
+    const double ramp = smaller(kRampOfStub * stub.length, free);
+    if (ramp <= asked) {
+        return {joint.jerk, asked};
+    }
+    const double a = kFreeRamp * along.acceleration;
+    const double v = 0.64 * along.speed;
+    // On a ramp of length s: a³ = 6 s j², v³ = 9/2 s² j.
+    const double by_acceleration = a * square_root(a / (6.0 * ramp));
+    const double by_speed = v * v * v / (4.5 * ramp * ramp);
+    return {smaller(joint.jerk, smaller(by_acceleration, by_speed)), ramp};
 }
 
 namespace {
@@ -189,10 +200,10 @@ std::uint32_t Planner::seek() noexcept {
         return 4;
     }
     points_.absorb(corner_, head, true);
-    const double ramp = ramp_length(head, run_.joint);
+    const End ramp = ramp_at(head, run_.joint);
     nodes_.clear();
-    spline_.start(points_, corner_, ramp);
-    window_.start(nodes_, run_.corner, run_.joint, run_.joint.duration, ramp, points_[corner_].item);
+    spline_.start(points_, corner_, ramp.length);
+    window_.start(nodes_, run_.corner, {run_.joint.duration, ramp.jerk}, ramp.length, points_[corner_].item);
     stage_ = Stage::curve;
     return 1;
 }
@@ -226,9 +237,9 @@ std::uint32_t Planner::follow_curve() noexcept {
         const std::uint32_t end = spline_.end_seen();
         if (points_.stub(end, false, limits_, tail) && look_behind(end, tail, {}, next_)) {
             points_.absorb(end, tail, false);
-            const double ramp = ramp_length(tail, next_.joint);
-            spline_.set_end(end, ramp);
-            window_.set_end(points_[end].p, next_.joint, ramp);
+            const End ramp = ramp_at(tail, next_.joint);
+            spline_.set_end(end, ramp.length);
+            window_.set_end(points_[end].p, {next_.joint.duration, ramp.jerk}, ramp.length);
             return 1;
         }
     }

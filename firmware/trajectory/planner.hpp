@@ -80,7 +80,12 @@ private:
         return points_.closed() && point + 1 == points_.end();
     }
     void write_line(const Stub& line, const Joint& end) noexcept;
-    [[nodiscard]] double ramp_length(const Stub& stub, const Joint& joint) const noexcept;
+    /// The ramp between a corner and a curve.
+    struct End {
+        double jerk = 0.0;
+        double length = 0.0;
+    };
+    [[nodiscard]] End ramp_at(const Stub& stub, const Joint& joint) const noexcept;
     void next_run(std::uint32_t corner, const Behind& behind) noexcept;
 
     Polyline points_;

@@ -81,7 +81,8 @@ bool Polyline::stub(std::uint32_t at, bool forward, const Limits& limits, Stub& 
     }
     const std::uint32_t first = next(at);
     std::uint32_t best = first;
-    found.whole = points_[stop].corner && (stop == first || (reach(stop) < limits.stub && chord(stop)));
+    // Absorbing the head of a curve may have straightened it; it stays a curve.
+    found.whole = forward && points_[stop].corner && (stop == first || (reach(stop) < limits.stub && chord(stop)));
     if (found.whole) {
         best = stop;
     } else {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kAccelerationShare = 0.998;
 constexpr double kJerkShare = 0.988;
-constexpr double kLeastShare = 0.02;  ///< of the guess, below which b is not let fall
+constexpr double kLeastShare = 0.15;  ///< of the guess, below which b is not let fall
 
 /// b·B + c·C + u·U ≤ R
 struct Row {

@@ -68,6 +68,23 @@ CellMotion cell_motion(const Node& from, const Node& to, double b0, double c0, d
     return made;
 }
 
+double off_curve(const Node& from, const CellMotion& motion, double b0, double c0, double b1, double c1) noexcept {
+    const Quintic s = hermite({0.0, square_root(b0), 0.5 * c0}, {from.h, square_root(b1), 0.5 * c1}, motion.duration);
+    double worst = 0.0;
+    for (int i = 1; i < 4; ++i) {
+        const double t = 0.25 * i * motion.duration;
+        const double x = value(s, t);
+        double sum = 0.0;
+        for (std::size_t k = 0; k < kAxisCount; ++k) {
+            const double on = from.p[k] + x * (from.d1[k] + x * (0.5 * from.d2[k] + x * from.d3[k] * (1.0 / 6.0)));
+            const double off = value(motion.axis[k], t) - on;
+            sum = sum + off * off;
+        }
+        worst = larger(worst, sum);
+    }
+    return square_root(worst);
+}
+
 Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
     Excess found;
     double fastest = 0.0;

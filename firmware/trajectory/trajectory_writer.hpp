@@ -40,6 +40,10 @@ struct CellMotion {
 /// ramp of constant jerk.
 [[nodiscard]] CellMotion cell_motion(const Node& from, const Node& to, double b0, double c0, double b1,
                                      double c1) noexcept;
+/// How far the motion leaves the curve of the cell between its ends: a cell in which the speed changes many times over
+/// is not followed exactly by quintics.
+[[nodiscard]] double off_curve(const Node& from, const CellMotion& motion, double b0, double c0, double b1,
+                               double c1) noexcept;
 /// How far the worst axis is beyond its limits; 1 is at the limit.
 struct Excess {
     double speed = 0.0;

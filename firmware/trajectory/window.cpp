@@ -13,10 +13,14 @@ constexpr double kTrustShare = 0.25;         ///< of a plan in force, whose spee
 constexpr double kGuessShare = 1.0;          ///< of the acceleration, for the first guess
 constexpr double kRampShare = 0.7;           ///< of the limits, for a ramp on a curve
 constexpr double kMost = 1.002;              ///< excess that is accepted
+constexpr double kOffCurve = 0.05;           ///< of the tolerance
 constexpr double kMostSpeed = 1.001;         ///< it is looked at in a few places of a cell only
+constexpr double kLeastGuess = 1e-14;        ///< of the greatest b
 constexpr double kSlack = 0.012;             ///< near the start of a plan that begins moving
 constexpr double kContinueShare = 0.1;       ///< of a window, if the plan in force goes on
 constexpr std::uint32_t kPiecesAtOnce = 24;  ///< a corner, and the first of the curve
+constexpr std::uint32_t kMostParts = 16;     ///< of a cell passed from rest to rest
+constexpr double kChordShare = 0.05;         ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
 constexpr std::uint32_t kTriesFromRest = 8;
 
@@ -68,10 +72,9 @@ double curve_cap(const Limits& limits, const Node& node) noexcept {
 
 }  // namespace
 
-void WindowPlanner::start(const Ring<Node>& nodes, const Place& corner, const Joint& joint, double overlap, double ramp,
+void WindowPlanner::start(const Ring<Node>& nodes, const Place& corner, const Joint& joint, double ramp,
                           std::uint32_t item) noexcept {
     begin_ = {corner, joint, ramp};
-    overlap_ = overlap;
     item_ = item;
     base_ = nodes.end();
     done_ = false;
@@ -175,7 +178,7 @@ void WindowPlanner::guess(const Limits& limits, Ring<Node>& nodes) noexcept {
     b = rest_b(target_length_, target_jerk_);
     for (std::uint32_t i = target_;; --i) {
         Node& node = nodes[i];
-        node.guess = larger(smaller(node.guess, b), 1e-6 * node.cap);
+        node.guess = larger(smaller(node.guess, b), kLeastGuess * node.cap);
         if (i == base_) {
             break;
         }
@@ -238,6 +241,7 @@ void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
     Node& node = nodes[target_];
     node.trial_c = -node.trial_b / (0.75 * target_length_);
     sound_ = good_ = true;
+    crooked_ = false;
     worst_ = 1.0;
     cursor_ = base_;
     stage_ = Stage::check;
@@ -245,7 +249,12 @@ void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
 
 void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
                          double c1, double& share, double& room0, double& room1) noexcept {
-    const Excess e = excess(limits, cell_motion(from, to, b0, c0, b1, c1));
+    const CellMotion motion = cell_motion(from, to, b0, c0, b1, c1);
+    const Excess e = excess(limits, motion);
+    if (!(off_curve(from, motion, b0, c0, b1, c1) <= kOffCurve * limits.tolerance)) {
+        good_ = false;
+        crooked_ = true;
+    }
     if (e.jerk > kMost) {
         good_ = false;
         share *= larger(0.5, 0.997 / e.jerk);
@@ -313,7 +322,7 @@ void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
 void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
     ++tries_;
     if (tries_ >= (resting_ ? kTriesFromRest : kTries)) {
-        if (resting_ && sound_ && worst_ < 1e3) {
+        if (resting_ && sound_ && !crooked_ && worst_ < 1e3) {
             ++counts_.stretched;
             accept(nodes, worst_ * 1.0001);
             return;
@@ -324,7 +333,7 @@ void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
     if (sound_) {
         for (std::uint32_t i = base_; i != target_ + 1; ++i) {
             Node& node = nodes[i];
-            node.guess = larger(node.trial_b, 1e-6 * node.cap);
+            node.guess = larger(node.trial_b, kLeastGuess * node.cap);
         }
     } else {
         guess(limits, nodes);
@@ -391,7 +400,7 @@ void WindowPlanner::write(const Limits& limits, Ring<Node>& nodes, TrajectoryWri
             crawl(limits, begin_.corner, base.p, writer, item_);
             fresh_ = false;
         } else {
-            crawl(limits, nodes[base_ - 1].p, base.p, writer, nodes[base_ - 1].item);
+            crawl_cell(limits, nodes[base_ - 1], writer);
         }
         if (base.last) {
             crawl(limits, base.p, end_.corner, writer, base.item);
@@ -406,7 +415,7 @@ void WindowPlanner::write(const Limits& limits, Ring<Node>& nodes, TrajectoryWri
         if (fresh_) {
             const double a = 0.5 * base.c;
             const double t = 2.0 * square_root(base.b) / a;
-            writer.join(ramp_from(begin_.corner, base.d1, a / t, t, item_), overlap_);
+            writer.join(ramp_from(begin_.corner, base.d1, a / t, t, item_), begin_.joint.duration);
             writer.flush();
         } else {
             writer.cell(nodes[base_ - 1], base, 0.0, 0.0, base.b, base.c);
@@ -441,6 +450,22 @@ void WindowPlanner::write(const Limits& limits, Ring<Node>& nodes, TrajectoryWri
         }
     }
     nodes.forget_before(base_ > nodes.first() ? base_ - 1 : base_);
+}
+
+/// A cell from rest to rest, over chords that stay close to the curve.
+void WindowPlanner::crawl_cell(const Limits& limits, const Node& cell, TrajectoryWriter& writer) noexcept {
+    const auto at = [&](double x) noexcept {
+        return along(along(along(cell.p, x, cell.d1), 0.5 * x * x, cell.d2), x * x * x * (1.0 / 6.0), cell.d3);
+    };
+    const double bend = larger(length(cell.d2), length(along(cell.d2, cell.h, cell.d3)));
+    std::uint32_t parts = 1;
+    while (parts < kMostParts && 0.125 * bend * cell.h * cell.h > kChordShare * limits.tolerance * parts * parts) {
+        ++parts;
+    }
+    const double step = cell.h / parts;
+    for (std::uint32_t i = 0; i < parts; ++i) {
+        crawl(limits, at(step * i), at(step * (i + 1)), writer, cell.item);
+    }
 }
 
 void WindowPlanner::crawl(const Limits& limits, const Place& from, const Place& to, TrajectoryWriter& writer,

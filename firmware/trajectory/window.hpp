@@ -28,7 +28,7 @@ struct WindowCounts {
 class WindowPlanner {
 public:
     /// A run whose first node comes next into `nodes`. `ramp` is the length in s of the ramp before it.
-    void start(const Ring<Node>& nodes, const Place& corner, const Joint& joint, double overlap, double ramp,
+    void start(const Ring<Node>& nodes, const Place& corner, const Joint& joint, double ramp,
                std::uint32_t item) noexcept;
     void set_end(const Place& corner, const Joint& joint, double ramp) noexcept;
 
@@ -60,6 +60,7 @@ private:
     void accept(Ring<Node>& nodes, double stretch) noexcept;
     void commit_to(const Ring<Node>& nodes, double share) noexcept;
     void write(const Limits& limits, Ring<Node>& nodes, TrajectoryWriter& writer) noexcept;
+    void crawl_cell(const Limits& limits, const Node& cell, TrajectoryWriter& writer) noexcept;
     void crawl(const Limits& limits, const Place& from, const Place& to, TrajectoryWriter& writer,
                std::uint32_t item) noexcept;
     void note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1, double c1,
@@ -67,7 +68,6 @@ private:
 
     End begin_{};
     End end_{};
-    double overlap_ = 0.0;
     std::uint32_t item_ = 0;
     bool done_ = false;
     bool fresh_ = false;    ///< nothing of the run is written yet: the ramp from its corner comes first
@@ -92,7 +92,8 @@ private:
     std::uint32_t tries_ = 0;
     bool sound_ = false;  ///< the trial has states everywhere
     bool good_ = false;
-    double worst_ = 0.0;  ///< stretch that would cure the trial
+    bool crooked_ = false;  ///< it leaves the curve
+    double worst_ = 0.0;    ///< stretch that would cure the trial
     double start_share_ = 1.0;
     double target_share_ = 1.0;
     std::uint32_t commit_ = 0;
