@@ -31,7 +31,7 @@ void SplineBuilder::start(const Polyline& points, std::uint32_t begin, double ra
     final_ = begin;
     spaced_ = begin;
     sight_ = horizon_ = begin;
-    segment_ = hint_ = item_hint_ = begin;
+    segment_ = hint_ = checked_hint_ = given_hint_ = begin;
     knot_[0] = begin_s_ + ramp;
     knots_ = 1;
     controls_ = drafts_ = checked_ = given_ = 0;
@@ -44,8 +44,8 @@ void SplineBuilder::set_end(std::uint32_t end, double ramp) noexcept {
 }
 
 std::uint32_t SplineBuilder::oldest_point() const noexcept {
-    const std::uint32_t used = item_hint_ < hint_ ? item_hint_ : hint_;
-    const std::uint32_t margin = 4 * kVerticesBeside;
+    const std::uint32_t used = given_hint_ < hint_ ? given_hint_ : hint_;
+    const std::uint32_t margin = 2 * kVerticesBeside;
     return used < begin_ + margin ? begin_ : used - margin;
 }
 
@@ -241,14 +241,11 @@ bool SplineBuilder::fits(const Polyline& points, const Limits& limits, std::int6
     };
     for (int k = 0; k < 4; ++k) {
         const double x = 0.25 * h * k;
-        if (!near(x, points.at(s0 + x, begin_, high, item_hint_))) {
+        if (!near(x, points.at(s0 + x, begin_, high, checked_hint_))) {
             return false;
         }
-        if (k == 0) {
-            draft(cell).item = points[item_hint_].item;
-        }
     }
-    std::uint32_t i = item_hint_;
+    std::uint32_t i = checked_hint_;
     while (i > begin_ && points[i].s > s0) {
         --i;
     }
@@ -264,7 +261,7 @@ bool SplineBuilder::fits(const Polyline& points, const Limits& limits, std::int6
 void SplineBuilder::set_closer(Polyline& points, std::int64_t cell) noexcept {
     const double from = knot(cell - 2);
     const double to = knot(cell + 3);
-    std::uint32_t i = item_hint_;
+    std::uint32_t i = checked_hint_;
     while (i > begin_ && i > points.first() && points[i].s > from) {
         --i;
     }
@@ -317,7 +314,8 @@ void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<
             at.p = along(along(along(from.p, x, from.d1), 0.5 * x * x, from.d2), x * x * x * (1.0 / 6.0), d3);
             at.d1 = along(along(from.d1, x, from.d2), 0.5 * x * x, d3);
             at.d2 = along(from.d2, x, d3);
-            give_node(limits, d3, knot(given_) + x, at, from.item, nodes);
+            (void)points.at(knot(given_) + x, points.first(), has_end_ ? end_ : final_, given_hint_);
+            give_node(limits, d3, knot(given_) + x, at, points[given_hint_].item, nodes);
             nodes[nodes.end() - 1].h = step;
         }
         ++given_;

@@ -45,7 +45,6 @@ private:
         Place p{};
         Place d1{};
         Place d2{};
-        std::uint32_t item = 0;
     };
 
     [[nodiscard]] bool see(const Polyline& points, const Limits& limits) noexcept;
@@ -84,7 +83,8 @@ private:
     std::uint32_t horizon_ = 0;  ///< cursor: how far the next knot sees
     std::uint32_t segment_ = 0;  ///< of the last knot
     std::uint32_t hint_ = 0;
-    std::uint32_t item_hint_ = 0;
+    std::uint32_t checked_hint_ = 0;
+    std::uint32_t given_hint_ = 0;
 
     std::array<double, kKept> knot_{};
     std::array<Place, kKept> control_{};
