@@ -88,20 +88,36 @@ double off_curve(const Node& from, const CellMotion& motion, double b0, double c
 Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
     Excess found;
     double fastest = 0.0;
-    constexpr int kSamples = 8;
-    for (int i = 0; i <= kSamples; ++i) {
-        const double t = motion.duration * i * (1.0 / kSamples);
-        double sum = 0.0;
+    // Speed and its rate in a few places; a peak between two of them is taken to be where their tangents meet.
+    constexpr int kParts = 6;
+    const double part = motion.duration * (1.0 / kParts);
+    std::array<Motion, kAxisCount + 1> last{};
+    for (int i = 0; i <= kParts; ++i) {
+        const double t = part * i;
+        std::array<Motion, kAxisCount + 1> now{};
+        Place v{};
+        Place a{};
         for (std::size_t k = 0; k < kAxisCount; ++k) {
-            const double v = rate(motion.axis[k], t);
-            if (k < 3) {
-                sum = sum + v * v;
-            }
+            v[k] = rate(motion.axis[k], t);
+            a[k] = second_rate(motion.axis[k], t);
             if (limits.velocity[k] > 0.0) {
-                fastest = larger(fastest, absolute(v) / limits.velocity[k]);
+                const double share = 1.0 / limits.velocity[k];
+                now[k] =
+                    v[k] < 0.0 ? Motion{0.0, -v[k] * share, -a[k] * share} : Motion{0.0, v[k] * share, a[k] * share};
             }
         }
-        fastest = larger(fastest, square_root(sum) / limits.speed);
+        const double along_path = length3(v);
+        if (along_path > 0.0) {
+            now[kAxisCount] = {0.0, along_path / limits.speed, dot3(v, a) / (along_path * limits.speed)};
+        }
+        for (std::size_t k = 0; k < now.size(); ++k) {
+            fastest = larger(fastest, now[k].v);
+            if (i > 0 && last[k].a > 0.0 && now[k].a < 0.0) {
+                const double x = clamped((now[k].v - last[k].v - now[k].a * part) / (last[k].a - now[k].a), 0.0, part);
+                fastest = larger(fastest, last[k].v + last[k].a * x);
+            }
+        }
+        last = now;
     }
     found.speed = fastest;
     for (std::size_t k = 0; k < kAxisCount; ++k) {
