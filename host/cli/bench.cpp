@@ -23,11 +23,16 @@ constexpr const char* kExamples = R"(Examples:
       the main job: how near the crosses are to their command, how fast the simulation is
   scribecell bench scribe --json --seed 7 --raw run1
       one JSON object; the trials as CSV in run1
+  scribecell bench motion
+      the trajectory planner on three workloads: time, limits, deviation, cost
+  scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01
+      the same figures of any polyline (header x,y,z; mm, s)
 
 What is asked of each figure stands in tests/bench/asked.toml.
 Exit codes: 0 all figures are as asked; 1 one is not, or the benchmark failed; 2 bad input or usage.)";
 
-constexpr std::array kBenches{Bench{"scribe", "the main job on the simulated cell", bench_scribe}};
+constexpr std::array kBenches{Bench{"scribe", "the main job on the simulated cell", bench_scribe},
+                              Bench{"motion", "the trajectory planner on three workloads", bench_motion}};
 
 std::string names() {
     std::string text;
@@ -118,8 +123,29 @@ int run(const std::string& name, const BenchOptions& options, bool json) {
 struct Words {
     std::string name;
     BenchOptions options;
+    MotionFile motion;
     bool json = false;
 };
+
+int run_words(const Words& words) {
+    const MotionFile& file = words.motion;
+    if (file.input.empty()) {
+        if (!file.limits.empty() || !file.tolerance.empty()) {
+            throw InputError({.file = {},
+                              .problem = "--limits and --tolerance are for a file",
+                              .value = file.limits.empty() ? file.tolerance : file.limits,
+                              .action = "give --input too"});
+        }
+        return run(words.name, words.options, words.json);
+    }
+    if (words.name != "motion") {
+        throw InputError({.file = {},
+                          .problem = "only the benchmark motion takes --input",
+                          .value = words.name,
+                          .action = "say: bench motion --input " + file.input});
+    }
+    return bench_motion_file(file, words.json);
+}
 
 }  // namespace
 
@@ -134,9 +160,11 @@ void add_bench(CLI::App& app, int& exit_code) {
            "--raw", [&raw = words->options.raw](const std::string& folder) { raw = folder; },
            "folder for the trials as CSV")
         ->type_name("DIR");
-    sub->callback([words, &exit_code] {
-        exit_code = guarded(words->json, [&words] { return run(words->name, words->options, words->json); });
-    });
+    sub->add_option("--input", words->motion.input, "motion: a polyline as CSV")->type_name("FILE");
+    sub->add_option("--limits", words->motion.limits, "motion: speed, acceleration, jerk in mm and s")
+        ->type_name("V,A,J");
+    sub->add_option("--tolerance", words->motion.tolerance, "motion: greatest deviation in mm")->type_name("T");
+    sub->callback([words, &exit_code] { exit_code = guarded(words->json, [&words] { return run_words(*words); }); });
 }
 
 }  // namespace sc::host::cli

@@ -33,4 +33,18 @@ struct Bench {
 /// scribe_run.csv with ticks, times and violations.
 [[nodiscard]] std::vector<Figure> bench_scribe(const BenchOptions& options);
 
+/// The trajectory planner on the workloads of tests/data/motion, by the program scribecell-motion-bench. Figures:
+/// a_dense_s, b_corners_s, c_mixed_s, max_limit_ratio, max_deviation_um, plan_us_per_point, worst_insert_us,
+/// horizon_256_ratio.
+[[nodiscard]] std::vector<Figure> bench_motion(const BenchOptions& options);
+
+/// One polyline instead of the workloads; texts as the program takes them.
+struct MotionFile {
+    std::string input;
+    std::string limits;
+    std::string tolerance;
+};
+/// Becomes scribecell-motion-bench; returns only by throwing.
+int bench_motion_file(const MotionFile& file, bool json);
+
 }  // namespace sc::host::cli
