@@ -7,6 +7,7 @@ namespace sc::trajectory {
 
 void Polygon::box(double b_most, double c_most) noexcept {
     count = 4;
+    seen.fill(false);
     b[0] = b[3] = 0.0;
     b[1] = b[2] = b_most;
     c[0] = c[1] = -c_most;
@@ -36,12 +37,14 @@ void Polygon::clip(double nb, double nc, double d) noexcept {
         if (inside) {
             b[count] = whole.b[i];
             c[count] = whole.c[i];
+            seen[count] = whole.seen[i];
             ++count;
         }
         if (inside != !(excess[k] > 0.0)) {
             const double t = excess[i] / (excess[i] - excess[k]);
             b[count] = whole.b[i] + t * (whole.b[k] - whole.b[i]);
             c[count] = whole.c[i] + t * (whole.c[k] - whole.c[i]);
+            seen[count] = false;
             ++count;
         }
     }
@@ -67,6 +70,7 @@ void Polygon::simplify(std::uint32_t most) noexcept {
         for (std::uint32_t i = least; i + 1 < count; ++i) {
             b[i] = b[i + 1];
             c[i] = c[i + 1];
+            seen[i] = seen[i + 1];
         }
         --count;
     }

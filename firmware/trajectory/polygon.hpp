@@ -12,6 +12,7 @@ struct Polygon {
     std::uint32_t count = 0;
     std::array<double, kCapacity> b;
     std::array<double, kCapacity> c;
+    std::array<bool, kCapacity> seen;  ///< for the user: vertices made by clip() and box() begin as false
 
     /// Keeps what fulfils nb·b + nc·c ≤ d. Cost: 4 operations a vertex when nothing is cut.
     void clip(double nb, double nc, double d) noexcept;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/trajectory/timing.hpp"
 
+#include <tuple>
+
 #include "firmware/trajectory/place.hpp"
 #include "shared/math/scalar.hpp"
 
@@ -9,6 +11,8 @@ namespace {
 
 constexpr double kAccelerationShare = 0.998;
 constexpr double kJerkShare = 0.988;
+constexpr double kRounding = 1e-11;  ///< of a bound on u
+constexpr std::uint32_t kMostCuts = 64;
 constexpr double kLeastShare = 0.15;  ///< of the guess, below which b is not let fall
 
 /// b·B + c·C + u·U ≤ R
@@ -83,6 +87,72 @@ void fill(const Limits& limits, const Node& node, const Node& next, Rows& rows) 
     }
 }
 
+/// The bound on u that a row gives at (b, c) is constant + by_b·b + by_c·c.
+struct Bound {
+    double constant = 0.0;
+    double by_b = 0.0;
+    double by_c = 0.0;
+    [[nodiscard]] double at(double b, double c) const noexcept { return constant + by_b * b + by_c * c; }
+};
+
+Bound bound_of(const Row& row) noexcept {
+    const double r = 1.0 / row.u;
+    return {row.r * r, -row.b * r, -row.c * r};
+}
+
+/// Keeps the states for which some u fulfils all rows. The difference of the greatest lower and the least upper bound
+/// is convex, so it is enough to look at the vertices: one that has no u is cut off by the pair of rows that leaves
+/// none (written without divisions). Cost: each vertex once, and a cut for each edge of the result.
+void eliminate(const Rows& rows, Polygon& set) noexcept {
+    std::array<Bound, std::tuple_size_v<decltype(Rows::above)>> upper;
+    std::array<Bound, std::tuple_size_v<decltype(Rows::below)>> lower;
+    for (std::uint32_t i = 0; i < rows.above_count; ++i) {
+        upper[i] = bound_of(rows.above[i]);
+    }
+    for (std::uint32_t i = 0; i < rows.below_count; ++i) {
+        lower[i] = bound_of(rows.below[i]);
+    }
+    // Rounding may leave slivers to be cut for ever: past this number they are left to forward_step.
+    std::uint32_t cuts = 0;
+    for (std::uint32_t i = 0; i < set.count && cuts < kMostCuts;) {
+        if (set.seen[i]) {
+            ++i;
+            continue;
+        }
+        const double b = set.b[i];
+        const double c = set.c[i];
+        std::uint32_t least = 0;
+        double high = 0.0;
+        for (std::uint32_t k = 0; k < rows.above_count; ++k) {
+            const double u = upper[k].at(b, c);
+            if (k == 0 || u < high) {
+                high = u;
+                least = k;
+            }
+        }
+        std::uint32_t most = 0;
+        double low = 0.0;
+        for (std::uint32_t k = 0; k < rows.below_count; ++k) {
+            const double u = lower[k].at(b, c);
+            if (k == 0 || u > low) {
+                low = u;
+                most = k;
+            }
+        }
+        set.seen[i] = true;
+        if (rows.above_count == 0 || rows.below_count == 0 ||
+            low - high <= kRounding * (absolute(low) + absolute(high))) {
+            ++i;
+            continue;
+        }
+        const Row& a = rows.above[least];
+        const Row& z = rows.below[most];
+        set.clip(a.u * z.b - z.u * a.b, a.u * z.c - z.u * a.c, a.u * z.r - z.u * a.r);
+        ++cuts;
+        i = 0;
+    }
+}
+
 }  // namespace
 
 Polygon ramp_set(double length, double jerk, bool slowing) noexcept {
@@ -141,13 +211,7 @@ bool backward_step(const Limits& limits, Node& node, const Node& next) noexcept 
     for (std::uint32_t i = 0; i < rows.level_count; ++i) {
         set.clip(rows.level[i].b, rows.level[i].c, rows.level[i].r);
     }
-    for (std::uint32_t i = 0; i < rows.above_count; ++i) {
-        const Row& a = rows.above[i];
-        for (std::uint32_t k = 0; k < rows.below_count; ++k) {
-            const Row& z = rows.below[k];
-            set.clip(a.u * z.b - z.u * a.b, a.u * z.c - z.u * a.c, a.u * z.r - z.u * a.r);
-        }
-    }
+    eliminate(rows, set);
     set.simplify(StoredPolygon::kCapacity);
     node.set.store(set);
     return set.count >= 3;
