@@ -54,6 +54,7 @@ struct Arguments {
     std::string m7_image;
     std::string record;
     double record_limit_mb = 100.0;
+    double prr_nominal_hz = 0.0;
 };
 
 void describe(CLI::App& app, Arguments& a) {
@@ -76,6 +77,10 @@ void describe(CLI::App& app, Arguments& a) {
     app.add_option("--record-limit", a.record_limit_mb, "MB; the log ends there, the cell goes on")
         ->check(CLI::Range(0.1, 1e6))
         ->capture_default_str();
+    app.add_option("--prr-nominal", a.prr_nominal_hz,
+                   "Hz; nominal pulse rate of the laser (default: the reference cell's)")
+        ->check(CLI::Range(20e3, 1.5e6))
+        ->type_name("HZ");
     auto* mode = app.add_option_group("mode", "who drives the cell");
     mode->add_option("--lockstep-fd", a.lockstep, "inherited socket: virtual time in lock-step with the host")
         ->check(CLI::Range(0, 1'000'000));
@@ -114,6 +119,9 @@ sc::sim::CellOptions options_of(const Arguments& a) {
     if (a.controller == "m7") {
         options.controller = sc::mps2_an500::make_m7_controller(
             {.image = a.m7_image.empty() ? sc::mps2_an500::find_image() : std::filesystem::path(a.m7_image)});
+    }
+    if (a.prr_nominal_hz > 0.0) {
+        options.machine.laser.prr_nominal = sc::Frequency::from_si(a.prr_nominal_hz);
     }
     options.record = a.record;
     options.record_limit_bytes = static_cast<std::uint64_t>(a.record_limit_mb * 1e6);

@@ -19,6 +19,7 @@ constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
 constexpr std::size_t kC = index(Axis::c);
 
+std::size_t smaller_of(std::size_t a, std::size_t b) noexcept { return a < b ? a : b; }
 double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / kWireUnitsPerMetre; }
 
 }  // namespace
@@ -40,7 +41,7 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept : machine_(machine),
 }
 
 double JobRunner::seconds(std::int64_t ticks) const noexcept {
-    return static_cast<double>(ticks * machine_.control_period_ns) * 1e-9;
+    return exact_double(ticks * machine_.control_period_ns) * 1e-9;
 }
 
 std::int64_t JobRunner::light_lag_ns() const noexcept {
@@ -322,7 +323,7 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
     if (phase_ == Phase::jump) {
         for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
             const motion::Place field =
-                move_.at(t + static_cast<double>(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9);
+                move_.at(t + exact_double(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9);
             galvo_frame(k, field[kX], field[kZ], out);
             field_x_ = field[kX];
             field_z_ = field[kZ];
@@ -372,7 +373,7 @@ void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out
     const std::int64_t act = (phase_tick_ + 1) * machine_.control_period_ns + lag;
     placer_.place(planner_, from, from + machine_.control_period_ns, act, out);
     if (out.laser_size > 0) {
-        const double period = static_cast<double>(out.laser[0].period_ns256) / 256e9;
+        const double period = exact_double(out.laser[0].period_ns256) / 256e9;
         pulse_speed_ = period > 0.0 ? static_cast<double>(path_.pitch_nm) * 1e-9 / period : 0.0;
         fired_position_ = {path_.path, path_.pass, placer_.last_item(), placer_.next_pulse()};
         if (placer_.last_item() > fired_) {
@@ -382,7 +383,7 @@ void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out
 }
 
 void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
-    const double period = static_cast<double>(machine_.galvo_period_ns) * 1e-9;
+    const double period = exact_double(machine_.galvo_period_ns) * 1e-9;
     const motion::Place anchor{metres(path_.anchor_x), 0.0, metres(path_.anchor_z), 0.0};
     double x = field_x_;
     double z = field_z_;
@@ -393,15 +394,19 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
         const motion::Element& element = *segment.element;
         const double from_x = element.origin[kX] - anchor[kX];
         const double from_z = element.origin[kZ] - anchor[kZ];
-        do {
+        // Frames before the segment's end, at least this one.
+        const double left = clamped((segment.end - t) / period - k, 1.0, static_cast<double>(kGalvoFramesPerTick));
+        const auto whole = static_cast<std::uint32_t>(left);
+        const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
+        const std::size_t last = smaller_of(frame + count, kGalvoFramesPerTick);
+        for (; frame < last; ++frame) {
             const double way = segment.way(t + k * period);
             const double bent = element.bent(way);
             x = from_x + (element.d1[kX] * way + element.bend[kX] * bent);
             z = from_z + (element.d1[kZ] * way + element.bend[kZ] * bent);
             galvo_frame(frame, x, z, out);
             k = k + 1.0;
-            ++frame;
-        } while (frame < kGalvoFramesPerTick && t + k * period < segment.end);
+        }
     }
     field_x_ = x;
     field_z_ = z;
@@ -425,7 +430,7 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
         galvo_still(out);
     }
     place_pulses(since * machine_.control_period_ns, may_mark, out);
-    const double lag = static_cast<double>(light_lag_ns()) * 1e-9;
+    const double lag = exact_double(light_lag_ns()) * 1e-9;
     planner_.forget_before(t - lag - seconds(2));
     const bool drained = t > planner_.law().end_time() + lag + seconds(kDrainTicks);
     if (planner_.stopped() && drained) {

@@ -254,10 +254,10 @@ void PulsePlacer::fill(const motion::Segment& segment, double low, double high, 
 void PulsePlacer::place(const motion::Planner& planner, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
                         ServoOutputs& out) noexcept {
     window_ns_ = from_ns;
-    window_ = static_cast<double>(from_ns) * 1e-9;
+    window_ = exact_double(from_ns) * 1e-9;
     act_ns_ = act_ns;
     const double low = larger(larger(window_, last_time_), planner.rearm_time());
-    const double high = smaller(static_cast<double>(to_ns) * 1e-9, planner.stop_time());
+    const double high = smaller(exact_double(to_ns) * 1e-9, planner.stop_time());
     if (!(low < high) || planner.law().empty()) {
         return;
     }

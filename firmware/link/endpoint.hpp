@@ -126,7 +126,8 @@ private:
     void on(const Heartbeat& heartbeat) noexcept;
     void on(const Command& command) noexcept;
     void on(const JobOpen& open) noexcept;
-    void on(const Block& block) noexcept;
+    void on(const Block& /*block*/) noexcept {}  ///< see take_block
+    void take_block(std::span<const std::uint8_t> payload) noexcept;
     void on(const SetCompensation& compensation) noexcept;
     void on(const ConfigRequest& request) noexcept;
     [[nodiscard]] Refusal judge(const Hello& hello) const noexcept;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/link/job_stream.hpp"
 
-#include "shared/link/blocks.hpp"
+#include <algorithm>
+#include <expected>
+#include <span>
 
 namespace sc::link {
 
@@ -15,6 +17,7 @@ void JobStream::open(std::uint64_t job, std::uint32_t items) noexcept {
     job_ = job;
     items_ = items;
     received_ = 0;
+    drop_kept();
     open_ = true;
     hash_ok_ = false;
     verify();
@@ -22,6 +25,7 @@ void JobStream::open(std::uint64_t job, std::uint32_t items) noexcept {
 
 void JobStream::close() noexcept {
     open_ = false;
+    drop_kept();
     queue_.clear();
     refused_ = {};
 }
@@ -33,52 +37,82 @@ void JobStream::refuse(std::uint32_t item, Refusal refusal, std::uint8_t axis, s
     refused_ = {job_low(), item, static_cast<std::uint16_t>(refusal), axis, value};
 }
 
-JobStream::Taken JobStream::take(const Block& block) noexcept {
+JobStream::Taken JobStream::take(const BlockView& block) noexcept {
     if (!open_ || block.job_low != job_low()) {
         return Taken::foreign;
     }
     if (refused_.refusal != 0) {
         return Taken::refused;
     }
-    if (!block_is_sound(std::span(block.items.data).first(block.items.size), block.count)) {
-        refuse(block.first, Refusal::malformed_block, 0, block.count);
-        return Taken::refused;
-    }
     if (std::uint64_t{block.first} + block.count > items_) {
         refuse(items_, Refusal::too_many_points, 0, items_);
         return Taken::refused;
     }
-    if (block.first > received_) {
+    if (block.first > kept_end_) {
         ++blocks_ahead_;
         return Taken::ahead;
     }
-    return store(block);
+    if (block.count > 0 && block.first + block.count <= kept_end_) {
+        items_repeated_ += block.count;
+        return Taken::known;
+    }
+    if (kept_size_ == kKept || block.items.size() > kPayloadCapacity) {
+        return Taken::full;
+    }
+    keep(block);
+    return Taken::stored;
 }
 
-JobStream::Taken JobStream::store(const Block& block) noexcept {
-    BlockReader reader = read_block(block);
-    const std::uint32_t before = received_;
-    std::uint32_t number = block.first;
-    Item item;
-    while (reader.next(item).value_or(false)) {
-        if (number < before) {
-            ++items_repeated_;
-        } else if (queue_.push(item)) {
-            hasher_.add(item);
-            ++received_;
-        } else {
-            break;
+void JobStream::keep(const BlockView& block) noexcept {
+    Kept& kept = kept_[(kept_first_ + kept_size_) % kKept];
+    ++kept_size_;
+    kept.first = block.first;
+    kept.count = block.count;
+    kept.size = block.items.size();
+    std::copy(block.items.begin(), block.items.end(), kept.bytes.begin());
+    kept_end_ = block.first + block.count > kept_end_ ? block.first + block.count : kept_end_;
+}
+
+void JobStream::drop_kept() noexcept {
+    kept_first_ = kept_size_ = 0;
+    kept_end_ = received_;
+    reading_ = false;
+}
+
+void JobStream::step(std::uint32_t items) noexcept {
+    for (std::uint32_t n = 0; n < items && kept_size_ > 0 && queue_.free() > 0; ++n) {
+        if (!reading_) {
+            const Kept& kept = kept_[kept_first_];
+            reader_ = BlockReader(std::span(kept.bytes).first(kept.size), kept.count);
+            reading_item_ = kept.first;
+            reading_ = true;
         }
-        ++number;
+        read_item();
     }
-    if (received_ != before) {
+}
+
+void JobStream::read_item() noexcept {
+    Item item;
+    const std::expected<bool, Refusal> found = reader_.next(item);
+    if (!found) {
+        refuse(reading_item_, Refusal::malformed_block, 0, kept_[kept_first_].count);
+        drop_kept();
+        return;
+    }
+    if (!*found) {
+        kept_first_ = (kept_first_ + 1) % kKept;
+        --kept_size_;
+        reading_ = false;
+        return;
+    }
+    if (reading_item_ < received_) {
+        ++items_repeated_;
+    } else if (queue_.push(item)) {
+        hasher_.add(item);
+        ++received_;
         verify();
-        return Taken::stored;
     }
-    if (block.count == 0) {
-        return Taken::stored;
-    }
-    return number < block.first + block.count ? Taken::full : Taken::known;
+    ++reading_item_;
 }
 
 void JobStream::verify() noexcept {

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "shared/codes/codes.hpp"
+#include "shared/link/blocks.hpp"
 #include "shared/link/messages.hpp"
+#include "shared/path/block.hpp"
 #include "shared/path/item_queue.hpp"
 #include "shared/path/job_hash.hpp"
 
@@ -14,14 +18,17 @@ namespace sc::link {
 /// so each arrives exactly once and in order, whatever blocks come, how often and how cut. A block that begins behind
 /// the next item wanted is not kept (go-back-n): the host learns from the acknowledgement where to go on. Keeping such
 /// blocks (selective repeat) would change nothing on the wire.
+///
+/// Blocks are kept as they came and read item by item, some each tick: a block of 255 items makes no tick longer than a
+/// small one does.
 class JobStream {
 public:
     enum class Taken : std::uint8_t {
         foreign,  ///< no job is open, or it is a block of another
-        stored,   ///< at least one new item, or an empty block
+        stored,   ///< kept for step(): it holds at least one new item, or none at all
         known,    ///< nothing new
         ahead,    ///< begins behind the next item wanted
-        full,     ///< no room for even one item
+        full,     ///< no room to keep it
         refused,  ///< the job has been refused, now or before
     };
 
@@ -29,8 +36,12 @@ public:
     void open(std::uint64_t job, std::uint32_t items) noexcept;
     /// Ends intake and drops what is queued. How far the job came stays readable.
     void close() noexcept;
-    /// At most one walk to check the block and one to store it.
-    Taken take(const Block& block) noexcept;
+    /// Copies the block at most.
+    Taken take(const BlockView& block) noexcept;
+    Taken take(const Block& block) noexcept { return take(view_of(block)); }
+    /// Reads up to `items` of what is kept, as far as the queue has room. A block that is malformed refuses the job at
+    /// the item where it goes wrong.
+    void step(std::uint32_t items) noexcept;
     /// The first refusal of a job counts. Ignored when no job is open.
     void refuse(std::uint32_t item, Refusal refusal, std::uint8_t axis, std::int64_t value) noexcept;
 
@@ -48,7 +59,16 @@ public:
     [[nodiscard]] std::uint32_t blocks_ahead() const noexcept { return blocks_ahead_; }
 
 private:
-    Taken store(const Block& block) noexcept;
+    static constexpr std::size_t kKept = 8;
+    struct Kept {
+        std::uint32_t first = 0;
+        std::uint8_t count = 0;
+        std::size_t size = 0;
+        std::array<std::uint8_t, kPayloadCapacity> bytes{};
+    };
+    void keep(const BlockView& block) noexcept;
+    void drop_kept() noexcept;
+    void read_item() noexcept;
     void verify() noexcept;
 
     ItemQueue queue_;
@@ -57,6 +77,13 @@ private:
     std::uint64_t job_ = 0;
     std::uint32_t items_ = 0;
     std::uint32_t received_ = 0;
+    std::array<Kept, kKept> kept_{};
+    std::size_t kept_first_ = 0;
+    std::size_t kept_size_ = 0;
+    std::uint32_t kept_end_ = 0;  ///< number of the item behind the last that is kept
+    BlockReader reader_{{}, 0};   ///< of the first that is kept, while `reading_`
+    std::uint32_t reading_item_ = 0;
+    bool reading_ = false;
     std::uint32_t items_repeated_ = 0;
     std::uint32_t blocks_ahead_ = 0;
     bool open_ = false;

@@ -16,20 +16,20 @@ namespace sc::motion {
 /// Integer set-points for a place in h and an angle of C (degrees).
 [[nodiscard]] constexpr AxisPositions set_point_of(const Compensation& compensation, const Place& place) noexcept {
     const Vec3 axes = axes_from_h(compensation, {place[0], place[1], place[2]});
-    return {rounded(axes.x * kPmPerMetre), rounded(axes.y * kPmPerMetre), rounded(axes.z * kPmPerMetre),
-            rounded(place[3] * kNdegPerDegree)};
+    return {nearest(axes.x * kPmPerMetre), nearest(axes.y * kPmPerMetre), nearest(axes.z * kPmPerMetre),
+            nearest(place[3] * kNdegPerDegree)};
 }
 
 /// The place whose set-points are `axes`. The map is within 1e-3 of identity, so each round of the fixed point gains
 /// three digits.
 [[nodiscard]] constexpr Place place_of(const Compensation& compensation, const AxisPositions& axes) noexcept {
-    const Vec3 wanted{static_cast<double>(axes[0]) / kPmPerMetre, static_cast<double>(axes[1]) / kPmPerMetre,
-                      static_cast<double>(axes[2]) / kPmPerMetre};
+    const Vec3 wanted{exact_double(axes[0]) / kPmPerMetre, exact_double(axes[1]) / kPmPerMetre,
+                      exact_double(axes[2]) / kPmPerMetre};
     Vec3 place = wanted;
     for (int i = 0; i < 6; ++i) {
         place = place + (wanted - axes_from_h(compensation, place));
     }
-    return {place.x, place.y, place.z, static_cast<double>(axes[3]) / kNdegPerDegree};
+    return {place.x, place.y, place.z, exact_double(axes[3]) / kNdegPerDegree};
 }
 
 }  // namespace sc::motion

@@ -7,6 +7,8 @@ namespace sc::motion {
 namespace {
 
 constexpr double kSmallestChange = 1e-9;  ///< of the speed
+constexpr int kPeakSteps = 24;
+constexpr double kPeakRest = 1e-9;  ///< share of the distance that the search for the peak may leave to a cruise
 
 }  // namespace
 
@@ -93,20 +95,43 @@ void PhaseList::add_change(double v0, double v1, const TangentLimits& limits) no
     add(ramp, -sign * j, sign * a);
 }
 
+namespace {
+
+/// Highest speed in [low, high] that uses no more than `distance`; `used` rises, used(low) ≤ distance < used(high).
+/// Regula falsi with the Illinois rule over the root of the speed above `low`, in which the distance is nearly
+/// straight: four to six steps. What the steps leave unused is a cruise.
+template <class Used>
+double highest_peak(const Used& used, double low, double high, double distance) noexcept {
+    double fits = 0.0;
+    double over = square_root(high - low);
+    double rest = used(low) - distance;  // ≤ 0
+    double excess = used(high) - distance;
+    int last = 0;
+    for (int i = 0; i < kPeakSteps && -rest > kPeakRest * distance; ++i) {
+        const double root = (fits * excess - over * rest) / (excess - rest);
+        const double at = used(low + root * root) - distance;
+        if (at > 0.0) {
+            over = root;
+            excess = at;
+            rest = last > 0 ? 0.5 * rest : rest;
+            last = 1;
+        } else {
+            fits = root;
+            rest = at;
+            excess = last < 0 ? 0.5 * excess : excess;
+            last = -1;
+        }
+    }
+    return low + fits * fits;
+}
+
+}  // namespace
+
 PhaseList fastest_profile(double v0, double v1, double cap, double distance, const TangentLimits& limits) noexcept {
     const auto used = [&](double peak) noexcept {
         return change_distance(v0, peak, limits) + change_distance(peak, v1, limits);
     };
-    double peak = cap;
-    if (used(cap) > distance) {
-        double low = larger(v0, v1);
-        double high = cap;
-        for (int i = 0; i < 56; ++i) {
-            const double middle = 0.5 * (low + high);
-            (used(middle) > distance ? high : low) = middle;
-        }
-        peak = low;
-    }
+    const double peak = used(cap) > distance ? highest_peak(used, larger(v0, v1), cap, distance) : cap;
     PhaseList list;
     list.add_change(v0, peak, limits);
     const double rest = distance - used(peak);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/safety/watch.hpp"
 
+#include "shared/math/scalar.hpp"
+
 namespace sc::safety {
 namespace {
 
@@ -22,8 +24,7 @@ std::int64_t to_units(double base, std::size_t axis) noexcept {
 }
 
 Vec3 place_of(const AxisPositions& p) noexcept {
-    return {static_cast<double>(p[0]) / kPmPerMetre, static_cast<double>(p[1]) / kPmPerMetre,
-            static_cast<double>(p[2]) / kPmPerMetre};
+    return {exact_double(p[0]) / kPmPerMetre, exact_double(p[1]) / kPmPerMetre, exact_double(p[2]) / kPmPerMetre};
 }
 
 std::int64_t distance(std::int64_t a, std::int64_t b) noexcept { return a < b ? b - a : a - b; }
@@ -60,7 +61,7 @@ bool clip_to_slab(Stretch& stretch, double a, double b, double low, double high)
 
 Finding check_travel(const MachineConfig& machine, const AxisPositions& set_point) noexcept {
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        const double place = static_cast<double>(set_point[axis]) / units_per_base(axis);
+        const double place = exact_double(set_point[axis]) / units_per_base(axis);
         if (place < machine.axis[axis].travel_min || place > machine.axis[axis].travel_max) {
             return {Fault::soft_limit, static_cast<std::uint8_t>(axis)};
         }
@@ -109,7 +110,7 @@ Finding check_turn(const MachineConfig& machine, const AxisPositions& previous,
     }
     const std::int64_t y = set_point[index(Axis::y)];
     const std::int64_t y_before = previous[index(Axis::y)];
-    const double lower = static_cast<double>(y < y_before ? y : y_before);
+    const double lower = exact_double(y < y_before ? y : y_before);
     if (lower < machine.y_retracted.si() * kPmPerMetre) {
         return {Fault::turn_not_retracted, static_cast<std::uint8_t>(Axis::c)};
     }

@@ -78,6 +78,9 @@ std::vector<std::string> cell_arguments(const LinkOptions& options) {
     if (options.board == "m7") {
         add("--controller", "m7");
     }
+    if (options.prr_nominal_hz) {
+        add("--prr-nominal", std::to_string(*options.prr_nominal_hz));
+    }
     if (options.m7_image) {
         add("--m7-image", options.m7_image->string());
     }

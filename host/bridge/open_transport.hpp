@@ -23,6 +23,7 @@ struct LinkOptions {
     std::optional<std::filesystem::path> m7_image;  ///< image of the board m7; the project's own without one
     std::optional<std::filesystem::path> record;    ///< log of the controller's inputs, for `scribecell replay`
     double record_limit_mb = 100.0;                 ///< where the log ends; the cell goes on
+    std::optional<double> prr_nominal_hz;           ///< of the cell's laser; the reference cell's without one
 };
 
 /// Opens the cell named by `url`:

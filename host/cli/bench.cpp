@@ -21,6 +21,9 @@ namespace {
 constexpr const char* kExamples = R"(Examples:
   scribecell bench scribe
       the main job: how near the crosses are to their command, how fast the simulation is
+  scribecell bench controller
+      what a tick costs on a Cortex-M7, and whether board, PC and replay give the same bits (./run builds the image:
+      ./run --board m7, or ./run bench controller)
   scribecell bench scribe --json --seed 7 --raw run1
       one JSON object; the trials as CSV in run1
   scribecell bench motion
@@ -31,8 +34,10 @@ constexpr const char* kExamples = R"(Examples:
 What is asked of each figure stands in tests/bench/asked.toml.
 Exit codes: 0 all figures are as asked; 1 one is not, or the benchmark failed; 2 bad input or usage.)";
 
-constexpr std::array kBenches{Bench{"scribe", "the main job on the simulated cell", bench_scribe},
-                              Bench{"motion", "the trajectory planner on three workloads", bench_motion}};
+constexpr std::array kBenches{
+    Bench{"scribe", "the main job on the simulated cell", bench_scribe},
+    Bench{"controller", "instructions a tick on a Cortex-M7, the same bits everywhere", bench_controller},
+    Bench{"motion", "the trajectory planner on three workloads", bench_motion}};
 
 std::string names() {
     std::string text;

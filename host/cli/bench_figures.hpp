@@ -47,4 +47,12 @@ struct MotionFile {
 /// Becomes scribecell-motion-bench; returns only by throwing.
 int bench_motion_file(const MotionFile& file, bool json);
 
+/// What the controller costs on a Cortex-M7, in instructions, and whether its bits are the same everywhere. One job at
+/// 4 000 points/s and 200 kHz, ramps, corners and a dense line, run three times: on the board m7 (recorded), on this
+/// PC, and as a replay of the recording. Figures: servo_instructions_max, tick_instructions_max (marking ticks),
+/// servo_instructions_max_any (all ticks), plan_instructions_per_point (all planning over all points), points_per_s and
+/// pulses_per_s of the fastest path, hashes_equal, replay_equal, pc_ticks_per_s. `raw`: the board's cell.json, the
+/// recording, and the replay's commands.csv and ticks.csv.
+[[nodiscard]] std::vector<Figure> bench_controller(const BenchOptions& options);
+
 }  // namespace sc::host::cli

@@ -31,9 +31,11 @@ inline constexpr std::array<std::uint32_t, 256> kCrc32Table = crc32_table();
 class Crc32 {
 public:
     constexpr Crc32& update(std::span<const std::uint8_t> bytes) noexcept {
+        std::uint32_t state = state_;  // bytes may alias anything: a member would be stored at every step
         for (const std::uint8_t byte : bytes) {
-            state_ = (state_ >> 8U) ^ crc_detail::kCrc32Table[(state_ ^ byte) & 0xFFU];
+            state = (state >> 8U) ^ crc_detail::kCrc32Table[(state ^ byte) & 0xFFU];
         }
+        state_ = state;
         return *this;
     }
     [[nodiscard]] constexpr std::uint32_t value() const noexcept { return ~state_; }

@@ -23,11 +23,17 @@ public:
         }
         return *this;
     }
+    /// One step for a whole number, where `update` takes one a byte: another hash, for what is hashed in a hurry.
+    constexpr Fnv1a64& update_word(std::uint32_t word) noexcept {
+        state_ = (state_ ^ word) * kPrime;
+        return *this;
+    }
     [[nodiscard]] constexpr std::uint64_t value() const noexcept { return state_; }
 
 private:
-    constexpr void add(std::uint8_t byte) noexcept { state_ = (state_ ^ byte) * 0x100000001B3ULL; }
+    constexpr void add(std::uint8_t byte) noexcept { state_ = (state_ ^ byte) * kPrime; }
 
+    static constexpr std::uint64_t kPrime = 0x100000001B3ULL;
     std::uint64_t state_ = 0xCBF29CE484222325ULL;
 };
 

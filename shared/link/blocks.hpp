@@ -3,10 +3,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "shared/link/messages.hpp"
 #include "shared/path/block.hpp"
+#include "shared/wire/bytes.hpp"
 
 namespace sc::link {
 
@@ -25,6 +27,27 @@ namespace sc::link {
     block.first = first;
     block.count = static_cast<std::uint8_t>(encode_block(items.subspan(first), block.items));
     return block;
+}
+
+/// A block message whose items stay where they came in.
+struct BlockView {
+    std::uint32_t job_low = 0;
+    std::uint32_t first = 0;
+    std::uint8_t count = 0;
+    std::span<const std::uint8_t> items;
+};
+[[nodiscard]] inline BlockView view_of(const Block& block) noexcept {
+    return {block.job_low, block.first, block.count, std::span(block.items.data).first(block.items.size)};
+}
+/// The same from a message's payload, without copying; nothing if that is no block's.
+[[nodiscard]] inline std::optional<BlockView> view_block(std::span<const std::uint8_t> payload) noexcept {
+    ByteReader in(payload);
+    BlockView view;
+    view.job_low = in.get<std::uint32_t>();
+    view.first = in.get<std::uint32_t>();
+    view.count = in.get<std::uint8_t>();
+    view.items = in.get_bytes(in.get<std::uint8_t>());
+    return in.exhausted() ? std::optional(view) : std::nullopt;
 }
 
 /// Reader of the block's items; the block must outlive it.

@@ -55,24 +55,45 @@ namespace sc::link {
 /// Takes a serial line byte by byte. Garbage costs the frame it falls into, never a later one.
 template <std::size_t Capacity>
 class CobsDecoder {
+    static constexpr std::uint8_t kFullGroup = 0xFF;
+
 public:
-    /// The frame that this byte ends, if it does; valid until the next call. O(1).
+    /// Takes bytes off the front of `bytes`, up to the end of a frame if there is one; the frame then, valid until the
+    /// next call. Some ten operations a byte.
+    [[nodiscard]] constexpr std::optional<std::span<const std::uint8_t>> take(
+        std::span<const std::uint8_t>& bytes) noexcept {
+        // Locals: a byte may alias any member, which would then be stored and loaded at every step.
+        std::size_t size = size_;
+        std::uint8_t left = left_in_group_;
+        std::size_t taken = 0;
+        bool ended = false;
+        while (taken < bytes.size() && !ended) {
+            const std::uint8_t byte = bytes[taken++];
+            ended = byte == 0;
+            const bool in_group = left > 0;
+            const bool store = in_group || (begun_ && !after_full_group_);
+            if (!ended && store && size < Capacity) {
+                frame_[size++] = in_group ? byte : std::uint8_t{0};
+            } else {
+                too_long_ = too_long_ || (!ended && store);
+            }
+            if (in_group) {
+                left = static_cast<std::uint8_t>(left - (ended ? 0 : 1));
+            } else if (!ended) {
+                begun_ = true;
+                after_full_group_ = byte == kFullGroup;
+                left = static_cast<std::uint8_t>(byte - 1);
+            }
+        }
+        size_ = size;
+        left_in_group_ = left;
+        bytes = bytes.subspan(taken);
+        return ended ? end_frame() : std::nullopt;
+    }
+    /// The frame that this byte ends, if it does; valid until the next call.
     [[nodiscard]] constexpr std::optional<std::span<const std::uint8_t>> push(std::uint8_t byte) noexcept {
-        if (byte == 0) {
-            return end_frame();
-        }
-        if (left_in_group_ > 0) {
-            --left_in_group_;
-            append(byte);
-            return std::nullopt;
-        }
-        if (begun_ && !after_full_group_) {
-            append(0);
-        }
-        begun_ = true;
-        after_full_group_ = byte == 0xFF;
-        left_in_group_ = static_cast<std::uint8_t>(byte - 1);
-        return std::nullopt;
+        std::span<const std::uint8_t> one(&byte, 1);
+        return take(one);
     }
     /// Frames dropped because they were cut or longer than the capacity.
     [[nodiscard]] constexpr std::uint32_t frames_bad() const noexcept { return frames_bad_; }
@@ -92,13 +113,6 @@ private:
             return std::nullopt;
         }
         return std::span<const std::uint8_t>(frame_).first(size);
-    }
-    constexpr void append(std::uint8_t byte) noexcept {
-        if (size_ == Capacity) {
-            too_long_ = true;
-            return;
-        }
-        frame_[size_++] = byte;
     }
 
     std::array<std::uint8_t, Capacity> frame_{};

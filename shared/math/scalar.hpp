@@ -45,6 +45,12 @@ inline constexpr double kNoBinaryPlaces = 6755399441055744.0;
     const double shifted = v + scalar_detail::kNoBinaryPlaces;
     return static_cast<std::int32_t>(static_cast<std::uint32_t>(std::bit_cast<std::uint64_t>(shifted)));
 }
+/// The same number, for |v| < 2^51. Cores without a 64-bit conversion take 150 instructions for a static_cast, and this
+/// takes six.
+[[nodiscard]] constexpr double exact_double(std::int64_t v) noexcept {
+    return std::bit_cast<double>(v + std::bit_cast<std::int64_t>(scalar_detail::kNoBinaryPlaces)) -
+           scalar_detail::kNoBinaryPlaces;
+}
 /// Limited to ±2^51; a NaN becomes −2^51.
 [[nodiscard]] constexpr std::int64_t nearest(double v) noexcept {
     constexpr double kLimit = 2251799813685248.0;

@@ -1,17 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shared/path/job_hash.hpp"
 
-#include <array>
-
 #include "shared/path/block.hpp"
-#include "shared/path/item_codec.hpp"
 
 namespace sc {
+namespace {
+
+std::uint32_t word(std::int32_t value) noexcept { return static_cast<std::uint32_t>(value); }
+
+struct Words {
+    Fnv1a64& hash;
+    void operator()(const PathPoint& p) const noexcept {
+        hash.update_word(block_tag::kPoints).update_word(word(p.x)).update_word(word(p.y)).update_word(word(p.z));
+    }
+    void operator()(const PathBegin& b) const noexcept {
+        const auto actuator = static_cast<std::uint32_t>(b.actuator);
+        hash.update_word(block_tag::kPathBegin).update_word(b.path).update_word(actuator + 256U * b.pass);
+        hash.update_word(b.speed_um_s).update_word(b.pitch_nm).update_word(b.energy_nj).update_word(b.tolerance_nm);
+        hash.update_word(word(b.anchor_x)).update_word(word(b.anchor_y)).update_word(word(b.anchor_z));
+    }
+    void operator()(const PathEnd& /*end*/) const noexcept { hash.update_word(block_tag::kPathEnd); }
+    void operator()(const Turn& turn) const noexcept { hash.update_word(block_tag::kTurn).update_word(word(turn.c)); }
+    void operator()(const JobEnd& /*end*/) const noexcept { hash.update_word(block_tag::kJobEnd); }
+};
+
+}  // namespace
+
 void JobHasher::add(const Item& item) noexcept {
-    std::array<std::uint8_t, kLongestItem> code{};
-    ByteWriter writer(code);
-    put_item(writer, item);
-    hash_.update(writer.written());
+    const Words words{hash_};
+    if (const auto* point = std::get_if<PathPoint>(&item)) {
+        words(*point);
+    } else if (const auto* begin = std::get_if<PathBegin>(&item)) {
+        words(*begin);
+    } else if (const auto* end = std::get_if<PathEnd>(&item)) {
+        words(*end);
+    } else if (const auto* turn = std::get_if<Turn>(&item)) {
+        words(*turn);
+    } else if (const auto* job_end = std::get_if<JobEnd>(&item)) {
+        words(*job_end);
+    }
 }
 
 std::uint64_t job_hash(std::span<const Item> items) noexcept {

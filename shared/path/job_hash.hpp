@@ -9,11 +9,12 @@
 
 namespace sc {
 
-/// Hash of a job: FNV-1a over its items in order, each coded by itself (item_codec.hpp), so that it does not depend on
-/// how the items were cut into blocks. Host and controller each make their own; JobOpen::job carries the host's.
+/// Hash of a job: FNV-1a in steps of 32-bit words over its items in order, each as its block tag and then its fields
+/// (of a path's begin, actuator and pass share a word: actuator + 256 · pass), so that it does not depend on how the
+/// items were cut into blocks. Host and controller each make their own; JobOpen::job carries the host's.
 class JobHasher {
 public:
-    /// At most 35 byte steps. Any context.
+    /// At most ten steps. Any context.
     void add(const Item& item) noexcept;
     [[nodiscard]] std::uint64_t value() const noexcept { return hash_.value(); }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <concepts>
 #include <cstddef>
@@ -39,6 +40,11 @@ public:
         if (!reserve(sizeof(T))) {
             return;
         }
+        if (!std::is_constant_evaluated() && std::endian::native == std::endian::little) {
+            __builtin_memcpy(&out_[size_], &value, sizeof(T));  // one store where the loop takes eight steps a byte
+            size_ += sizeof(T);
+            return;
+        }
         auto bits = std::uint64_t{std::bit_cast<Bits>(value)};
         for (std::size_t i = 0; i < sizeof(T); ++i) {
             out_[size_++] = static_cast<std::uint8_t>(bits & 0xFFU);
@@ -49,9 +55,8 @@ public:
         if (!reserve(bytes.size())) {
             return;
         }
-        for (const std::uint8_t byte : bytes) {
-            out_[size_++] = byte;
-        }
+        std::copy(bytes.begin(), bytes.end(), out_.begin() + static_cast<std::ptrdiff_t>(size_));
+        size_ += bytes.size();
     }
     /// For a value that cannot be written at all.
     constexpr void fail() noexcept { ok_ = false; }
@@ -81,6 +86,11 @@ public:
         using Bits = typename wire_detail::BitsOf<T>::type;
         if (!take(sizeof(T))) {
             return T{};
+        }
+        if (!std::is_constant_evaluated() && std::endian::native == std::endian::little) {
+            T value{};
+            __builtin_memcpy(&value, &in_[place_ - sizeof(T)], sizeof(T));
+            return value;
         }
         std::uint64_t bits = 0;
         for (std::size_t i = sizeof(T); i > 0; --i) {

@@ -317,8 +317,11 @@ TEST_F(EndpointTest, EveryBlockIsAcknowledged) {
     host.send(endpoint, tick, make_block(job, items, 0));
     host.collect(endpoint);
     ASSERT_EQ(host.acks.size(), 1U);
-    const std::uint32_t received = host.acks[0].received;
-    EXPECT_GT(received, 0U);
+    advance(50);  // until the block is read
+    const std::uint32_t received = host.acks.back().received;
+    EXPECT_EQ(received, endpoint.received());
+    EXPECT_GT(received, 20U);
+    host.acks.erase(host.acks.begin(), host.acks.end() - 1);
     EXPECT_EQ(host.acks[0].job_low, static_cast<std::uint32_t>(job & 0xFFFFFFFFU));
     EXPECT_EQ(host.acks[0].free_items, sc::ItemQueue::capacity() - received);
     host.send(endpoint, tick, make_block(job, items, received + 1));
@@ -377,6 +380,9 @@ TEST_F(EndpointTest, ALostAcknowledgementIsMadeGood) {
     connect();
     open_job(100);
     host.send(endpoint, tick, make_block(job, items, 0));
+    for (int i = 0; i < 50; ++i) {
+        endpoint.receive(++tick, {});  // the block is read, and nothing sent
+    }
     std::vector<std::uint8_t> lost(1024);
     EXPECT_GT(endpoint.transmit(lost), 0U);
     advance(Endpoint::kAckRepeatTicks);
@@ -447,7 +453,7 @@ TEST_F(EndpointTest, TheEndpointRefusesByItself) {
     ASSERT_EQ(host.refused.size(), 1U);
     EXPECT_EQ(host.refused[0].refusal, code(Refusal::malformed_block));
     EXPECT_EQ(endpoint.job_refusal(), Refusal::malformed_block);
-    EXPECT_EQ(endpoint.received(), 0U);
+    EXPECT_EQ(endpoint.received(), 2U) << "up to where it goes wrong";
 }
 
 // --- sending ------------------------------------------------------------------------------------------------------
@@ -463,8 +469,9 @@ TEST_F(EndpointTest, SendsTheMostUrgentFirst) {
     endpoint.reply(1, Refusal::none, 0);
     host.send(endpoint, tick, hello_of(7));
     host.collect(endpoint);
+    advance(1);  // a status waits for a tick without an acknowledgement
     const std::vector<std::uint8_t> expected{HelloReply::kId, CommandReply::kId, JobRefused::kId,
-                                             StreamAck::kId,  Status::kId,       ConfigChunk::kId};
+                                             StreamAck::kId,  ConfigChunk::kId,  Status::kId};
     EXPECT_EQ(host.order, expected);
 }
 
@@ -478,13 +485,14 @@ TEST_F(EndpointTest, WhatDoesNotFitStaysDueAndCountersHaveNoGap) {
     endpoint.reply(1, Refusal::none, 0);
     std::size_t sent = 0;
     for (std::size_t i = 0; i < 8; ++i) {
+        endpoint.receive(++tick, {});
         const std::size_t size = host.collect(endpoint, 70);
         EXPECT_LE(size, 70U);
         sent += size > 0 ? 1 : 0;
     }
     EXPECT_GE(sent, 3U);
     EXPECT_EQ(host.replies.size(), 1U);
-    EXPECT_EQ(host.acks.size(), 1U);
+    EXPECT_GE(host.acks.size(), 1U);
     EXPECT_EQ(host.statuses.size(), 1U);
     EXPECT_EQ(host.chunks.size(), 1U);
     for (std::size_t i = 1; i < host.counters.size(); ++i) {

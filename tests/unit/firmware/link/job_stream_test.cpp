@@ -35,15 +35,21 @@ protected:
         items = turns(count);
         stream->open(sc::job_hash(items), static_cast<std::uint32_t>(count));
     }
+    /// Takes a block and reads all that is kept.
+    Taken take(const Block& block) {
+        const Taken taken = stream->take(block);
+        stream->step(100'000);
+        return taken;
+    }
     std::unique_ptr<JobStream> stream = std::make_unique<JobStream>();
     std::vector<Item> items;
 };
 
 TEST_F(JobStreamTest, TakesItemsInOrderAndVerifiesTheHash) {
     open(10);
-    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    EXPECT_EQ(take(part(items, 0, 6)), Taken::stored);
     EXPECT_FALSE(stream->hash_ok());
-    EXPECT_EQ(stream->take(part(items, 6, 4)), Taken::stored);
+    EXPECT_EQ(take(part(items, 6, 4)), Taken::stored);
     EXPECT_TRUE(stream->hash_ok());
     for (const Item& item : items) {
         ASSERT_NE(stream->items().front(), nullptr);
@@ -54,12 +60,12 @@ TEST_F(JobStreamTest, TakesItemsInOrderAndVerifiesTheHash) {
 
 TEST_F(JobStreamTest, TakesNothingTwiceAndNothingEarly) {
     open(10);
-    EXPECT_EQ(stream->take(part(items, 1, 2)), Taken::ahead);
+    EXPECT_EQ(take(part(items, 1, 2)), Taken::ahead);
     EXPECT_EQ(stream->blocks_ahead(), 1U);
-    EXPECT_EQ(stream->take(part(items, 0, 4)), Taken::stored);
-    EXPECT_EQ(stream->take(part(items, 1, 3)), Taken::known);
+    EXPECT_EQ(take(part(items, 0, 4)), Taken::stored);
+    EXPECT_EQ(take(part(items, 1, 3)), Taken::known);
     EXPECT_EQ(stream->items_repeated(), 3U);
-    EXPECT_EQ(stream->take(part(items, 2, 5)), Taken::stored);
+    EXPECT_EQ(take(part(items, 2, 5)), Taken::stored);
     EXPECT_EQ(stream->items_repeated(), 5U);
     EXPECT_EQ(stream->received(), 7U);
     EXPECT_EQ(stream->items().size(), 7U);
@@ -69,37 +75,56 @@ TEST_F(JobStreamTest, TakesWhatThereIsRoomFor) {
     const std::size_t capacity = sc::ItemQueue::capacity();
     open(capacity + 100);
     while (stream->received() + 30 < capacity) {
-        ASSERT_EQ(stream->take(part(items, stream->received(), 30)), Taken::stored);
+        ASSERT_EQ(take(part(items, stream->received(), 30)), Taken::stored);
     }
     const std::uint32_t first = stream->received();
-    EXPECT_EQ(stream->take(part(items, first, 40)), Taken::stored);
+    EXPECT_EQ(take(part(items, first, 40)), Taken::stored);
     EXPECT_EQ(stream->received(), capacity);
-    EXPECT_EQ(stream->take(part(items, stream->received(), 10)), Taken::full);
+    EXPECT_EQ(take(part(items, stream->received(), 5)), Taken::known) << "it is kept, though not yet read";
     stream->items().pop();
-    EXPECT_EQ(stream->take(part(items, stream->received(), 10)), Taken::stored);
+    stream->step(100);
     EXPECT_EQ(stream->received(), capacity + 1);
+}
+
+TEST_F(JobStreamTest, KeepsAFewBlocksAndReadsThemAsSlowlyAsItIsTold) {
+    open(100);
+    for (std::uint32_t block = 0; block < 8; ++block) {
+        EXPECT_EQ(stream->take(part(items, 5 * block, 5)), Taken::stored);
+    }
+    EXPECT_EQ(stream->take(part(items, 40, 5)), Taken::full);
+    EXPECT_EQ(stream->received(), 0U);
+    for (std::uint32_t step = 1; step <= 4; ++step) {
+        stream->step(3);
+        EXPECT_LE(stream->received(), 3 * step);
+        EXPECT_GE(stream->received(), 2 * step) << "the end of a block costs a step too";
+    }
+    EXPECT_EQ(stream->take(part(items, 40, 5)), Taken::stored);
+    stream->step(100);
+    EXPECT_EQ(stream->received(), 45U);
 }
 
 TEST_F(JobStreamTest, DropsBlocksOfAnotherJobAndWithoutAJob) {
     items = turns(3);
-    EXPECT_EQ(stream->take(part(items, 0, 3)), Taken::foreign);
+    EXPECT_EQ(take(part(items, 0, 3)), Taken::foreign);
     open(3);
     Block block = part(items, 0, 3);
     ++block.job_low;
-    EXPECT_EQ(stream->take(block), Taken::foreign);
+    EXPECT_EQ(take(block), Taken::foreign);
     stream->close();
-    EXPECT_EQ(stream->take(part(items, 0, 3)), Taken::foreign);
+    EXPECT_EQ(take(part(items, 0, 3)), Taken::foreign);
     EXPECT_EQ(stream->received(), 0U);
 }
 
-TEST_F(JobStreamTest, RefusesAMalformedBlockWhole) {
+TEST_F(JobStreamTest, RefusesAMalformedBlockWhereItGoesWrong) {
     open(10);
     Block block = part(items, 0, 5);
     block.count = 4;
-    EXPECT_EQ(stream->take(block), Taken::refused);
+    EXPECT_EQ(take(block), Taken::stored);
     EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::malformed_block));
-    EXPECT_EQ(stream->received(), 0U);
-    EXPECT_EQ(stream->take(part(items, 0, 5)), Taken::refused) << "the job is refused now";
+    EXPECT_EQ(stream->refused().item, 4U);
+    EXPECT_EQ(stream->received(), 4U);
+    EXPECT_EQ(take(part(items, 0, 5)), Taken::refused) << "the job is refused now";
+    EXPECT_EQ(stream->received(), 4U);
 }
 
 TEST_F(JobStreamTest, RefusesItemsBeyondThoseAnnounced) {
@@ -107,7 +132,7 @@ TEST_F(JobStreamTest, RefusesItemsBeyondThoseAnnounced) {
     const std::vector<Item> more = turns(11);
     Block block = part(more, 0, 11);
     block.job_low = stream->job_low();
-    EXPECT_EQ(stream->take(block), Taken::refused);
+    EXPECT_EQ(take(block), Taken::refused);
     EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::too_many_points));
     EXPECT_EQ(stream->refused().item, 10U);
     EXPECT_EQ(stream->received(), 0U);
@@ -117,14 +142,14 @@ TEST_F(JobStreamTest, RefusesIndicesAtTheEndOf32Bits) {
     open(10);
     Block block = part(items, 0, 5);
     block.first = 0xFFFFFFFF;
-    EXPECT_EQ(stream->take(block), Taken::refused);
+    EXPECT_EQ(take(block), Taken::refused);
     EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::too_many_points));
 }
 
 TEST_F(JobStreamTest, RefusesAJobWhoseHashDoesNotComeOut) {
     items = turns(4);
     stream->open(sc::job_hash(items) ^ (1ULL << 40U), 4);
-    EXPECT_EQ(stream->take(part(items, 0, 4)), Taken::stored);
+    EXPECT_EQ(take(part(items, 0, 4)), Taken::stored);
     EXPECT_FALSE(stream->hash_ok());
     EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::job_mismatch));
 }
@@ -139,7 +164,7 @@ TEST_F(JobStreamTest, AnEmptyJobIsVerifiedAtOnce) {
 
 TEST_F(JobStreamTest, TheSameJobKeepsWhatHasArrivedAndAnotherDoesNot) {
     open(10);
-    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    EXPECT_EQ(take(part(items, 0, 6)), Taken::stored);
     stream->open(sc::job_hash(items), 10);
     EXPECT_EQ(stream->received(), 6U);
     EXPECT_EQ(stream->items().size(), 6U);
@@ -150,20 +175,20 @@ TEST_F(JobStreamTest, TheSameJobKeepsWhatHasArrivedAndAnotherDoesNot) {
 
 TEST_F(JobStreamTest, AClosedOrRefusedJobBeginsAnew) {
     open(10);
-    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    EXPECT_EQ(take(part(items, 0, 6)), Taken::stored);
     stream->close();
     EXPECT_TRUE(stream->items().empty());
     EXPECT_EQ(stream->received(), 6U) << "how far it came stays readable";
     stream->open(sc::job_hash(items), 10);
     EXPECT_EQ(stream->received(), 0U);
-    EXPECT_EQ(stream->take(part(items, 0, 6)), Taken::stored);
+    EXPECT_EQ(take(part(items, 0, 6)), Taken::stored);
     stream->refuse(3, Refusal::out_of_travel, 1, -5);
     stream->refuse(4, Refusal::in_keep_out, 2, 5);
     EXPECT_EQ(stream->refused().item, 3U) << "the first refusal counts";
     stream->open(sc::job_hash(items), 10);
     EXPECT_EQ(stream->refused().refusal, 0U);
     EXPECT_EQ(stream->received(), 0U);
-    EXPECT_EQ(stream->take(part(items, 0, 10)), Taken::stored);
+    EXPECT_EQ(take(part(items, 0, 10)), Taken::stored);
     EXPECT_TRUE(stream->hash_ok());
 }
 

@@ -18,10 +18,13 @@ std::vector<Item> some_job() {
             sc::PathEnd{},          sc::JobEnd{}};
 }
 
-TEST(JobHash, IsFnvOverTheItemsAsTheyAre) {
+TEST(JobHash, IsFnvOverTheWordsOfTheItems) {
     const std::vector<Item> items{sc::Turn{-2}, sc::PathPoint{1, 2, 3}};
-    const std::array<std::uint8_t, 18> bytes{4, 0xFE, 0xFF, 0xFF, 0xFF, 1, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0};
-    EXPECT_EQ(sc::job_hash(items), sc::fnv1a64(bytes));
+    std::uint64_t hash = 0xCBF29CE484222325U;
+    for (const std::uint32_t word : {4U, 0xFFFFFFFEU, 1U, 1U, 2U, 3U}) {
+        hash = (hash ^ word) * 0x100000001B3U;
+    }
+    EXPECT_EQ(sc::job_hash(items), hash);
 }
 
 TEST(JobHash, DoesNotDependOnHowTheItemsAreCutIntoBlocks) {

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/bridge/program_output.hpp"
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "host/bridge/unique_fd.hpp"
+
+extern char** environ;
+
+namespace sc::host {
+namespace {
+
+[[noreturn]] void fail(int error, const std::string& what) {
+    throw std::system_error(error, std::generic_category(), what);
+}
+
+std::string read_to_end(int file) {
+    std::string text;
+    std::array<char, 4096> buffer{};
+    while (true) {
+        const ssize_t n = ::read(file, buffer.data(), buffer.size());
+        if (n > 0) {
+            text.append(buffer.data(), static_cast<std::size_t>(n));
+        } else if (n == 0 || errno != EINTR) {
+            return text;
+        }
+    }
+}
+
+int wait_for(pid_t id) {
+    int status = 0;
+    while (::waitpid(id, &status, 0) < 0) {
+        if (errno != EINTR) {
+            fail(errno, "waitpid");
+        }
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+ProgramOutput run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments) {
+    std::array<int, 2> pipe{};
+    if (::pipe2(pipe.data(), O_CLOEXEC) != 0) {
+        fail(errno, "pipe");
+    }
+    const UniqueFd reader(pipe[0]);
+    UniqueFd writer(pipe[1]);
+    std::vector<std::string> words{program.string()};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) {
+        argv.push_back(word.data());
+    }
+    argv.push_back(nullptr);
+    posix_spawn_file_actions_t actions{};
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, writer.get(), STDOUT_FILENO);
+    pid_t id = -1;
+    const int failed = posix_spawn(&id, program.c_str(), &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    writer.reset(-1);
+    if (failed != 0) {
+        fail(failed, "cannot start " + program.string());
+    }
+    ProgramOutput output;
+    output.text = read_to_end(reader.get());
+    output.exit_code = wait_for(id);
+    return output;
+}
+
+}  // namespace sc::host

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace sc::host {
+
+struct ProgramOutput {
+    int exit_code = 0;  ///< or 128 + the signal that ended it
+    std::string text;   ///< all that it wrote to stdout
+};
+
+/// Runs a program to its end and takes what it writes to stdout; stderr goes where this program's goes. Throws
+/// std::system_error when the system refuses. Ctrl-C in the terminal reaches the program too.
+[[nodiscard]] ProgramOutput run_program(const std::filesystem::path& program,
+                                        const std::vector<std::string>& arguments);
+
+}  // namespace sc::host

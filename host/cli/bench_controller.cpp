@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "host/bridge/child_process.hpp"
+#include "host/bridge/client.hpp"
+#include "host/bridge/errors.hpp"
+#include "host/bridge/open_transport.hpp"
+#include "host/bridge/program_output.hpp"
+#include "host/bridge/session.hpp"
+#include "host/bridge/stop.hpp"
+#include "host/cli/bench_figures.hpp"
+#include "host/cli/run_folder.hpp"
+#include "host/formats/file.hpp"
+#include "shared/path/item.hpp"
+#include "shared/path/job_hash.hpp"
+
+namespace sc::host::cli {
+namespace {
+
+constexpr double kPrrHz = 200e3;
+constexpr double kChord = 0.5e-3;    // at 2 m/s: 4 000 points/s
+constexpr int kSpiralPoints = 4000;  // 1 s of marking, twice what the queue holds
+constexpr double kWireUnits = 1e5;   // a millimetre
+const Vec3 kCentreMm{-250.0, -319.0, -390.0};
+
+std::int32_t wire(double mm) { return static_cast<std::int32_t>(std::lround(mm * kWireUnits)); }
+
+PathBegin path(std::uint32_t id, Actuator actuator, std::uint32_t speed_um_s, std::uint32_t pitch_nm) {
+    PathBegin begin;
+    begin.path = id;
+    begin.actuator = actuator;
+    begin.speed_um_s = speed_um_s;
+    begin.pitch_nm = pitch_nm;
+    begin.energy_nj = 300'000;
+    begin.tolerance_nm = 10'000;
+    begin.anchor_x = wire(kCentreMm.x);
+    begin.anchor_y = wire(kCentreMm.y);
+    begin.anchor_z = wire(kCentreMm.z);
+    return begin;
+}
+
+/// Points, and their number.
+class Job {
+public:
+    void begin(const PathBegin& begin) { items_.emplace_back(begin); }
+    void point(double x_mm, double z_mm) {
+        items_.emplace_back(PathPoint{wire(kCentreMm.x + x_mm), wire(kCentreMm.y), wire(kCentreMm.z + z_mm)});
+        ++points_;
+    }
+    void end() { items_.emplace_back(PathEnd{}); }
+    void add(const Item& item) { items_.push_back(item); }
+    [[nodiscard]] const std::vector<Item>& items() const { return items_; }
+    [[nodiscard]] int points() const { return points_; }
+
+private:
+    std::vector<Item> items_;
+    int points_ = 0;
+};
+
+/// Path 0: the mirrors on a widening spiral at 2 m/s, a pulse each 10 µm, a point each 0.5 mm.
+void add_spiral(Job& job) {
+    job.begin(path(0, Actuator::galvo, 2'000'000, 10'000));
+    double angle = 0.0;
+    for (int i = 0; i < kSpiralPoints; ++i) {
+        const double radius = 11.0 + 3.0 * i / kSpiralPoints;
+        job.point(radius * std::cos(angle), radius * std::sin(angle));
+        angle += kChord * 1e3 / radius;
+    }
+    job.end();
+}
+
+/// Path 1: short strokes with sharp corners, so that the speed changes all the time.
+void add_zigzag(Job& job) {
+    job.begin(path(1, Actuator::galvo, 1'000'000, 10'000));
+    for (int i = 0; i < 40; ++i) {
+        job.point(-6.0 + 0.3 * i, i % 2 == 0 ? -1.0 : 1.0);
+    }
+    job.end();
+}
+
+/// Path 2: the axes on a wavy line with a point each 50 µm.
+void add_dense_line(Job& job) {
+    job.begin(path(2, Actuator::axes, 200'000, 20'000));
+    for (int i = 0; i < 400; ++i) {
+        const double x = 0.05 * i;
+        job.point(x, 0.3 * std::sin(x * std::numbers::pi / 5.0));
+    }
+    job.end();
+}
+
+Job workload() {
+    Job job;
+    job.add(Turn{0});
+    add_spiral(job);
+    add_zigzag(job);
+    add_dense_line(job);
+    job.add(JobEnd{});
+    return job;
+}
+
+nlohmann::json run_on(const std::string& board, const Job& job, const BenchOptions& options,
+                      const std::filesystem::path& folder, const std::optional<std::filesystem::path>& record) {
+    std::fprintf(stderr, "running on the board %s\n", board.c_str());
+    LinkOptions link;
+    link.board = board;
+    link.seed = options.seed;
+    link.out = folder;
+    link.record = record;
+    link.prr_nominal_hz = kPrrHz;
+    {
+        const auto transport = open_transport("sim:", link);
+        CellClient client(*transport, {.session = static_cast<std::uint32_t>(options.seed) + 1U});
+        client.set_stop_check(stop_requested);
+        client.connect();
+        Session session(client, {});
+        session.clear();
+        static_cast<void>(session.run({job_hash(job.items()), job.items(), 10.0}, nullptr));
+    }
+    return nlohmann::json::parse(read_text_file(folder / "cell.json"));
+}
+
+nlohmann::json replay(const std::filesystem::path& log, const std::filesystem::path& folder) {
+    std::fprintf(stderr, "replaying on this PC\n");
+    const auto program = find_program("scribecell-replay");
+    if (!program) {
+        throw CellError("the program scribecell-replay is not there: build it (./run does), or set SCRIBECELL_ROOT");
+    }
+    // Once for the tables, once without them for the time.
+    static_cast<void>(run_program(*program, {"--json", "--out", folder.string(), "--", log.string()}));
+    const ProgramOutput output = run_program(*program, {"--json", "--", log.string()});
+    if (output.text.empty()) {
+        throw CellError("scribecell-replay ended with code " + std::to_string(output.exit_code) + " and said nothing");
+    }
+    return nlohmann::json::parse(output.text);
+}
+
+/// Pulses a second of path 0, from the replay's table of commands, and points a second from that.
+struct Rates {
+    double pulses = 0.0;
+    double points = 0.0;
+};
+Rates rates_of(const std::filesystem::path& commands) {
+    std::ifstream file(commands);
+    std::string line;
+    std::getline(file, line);
+    double first_ns = 0.0;
+    double last_ns = 0.0;
+    int pulses = 0;
+    while (std::getline(file, line)) {
+        std::replace(line.begin(), line.end(), ',', ' ');
+        std::istringstream words(line);
+        std::array<double, 10> column{};
+        for (double& value : column) {
+            words >> value;
+        }
+        if (!words) {
+            throw CellError("commands.csv of the replay has a line that is none: " + line);
+        }
+        if (column[1] == 0.0) {
+            first_ns = pulses == 0 ? column[9] : first_ns;
+            last_ns = column[9];
+            ++pulses;
+        }
+    }
+    if (pulses < 2) {
+        throw CellError("the replay commands no pulses");
+    }
+    const double seconds = (last_ns - first_ns) * 1e-9;
+    return {(pulses - 1) / seconds, (kSpiralPoints - 1) / seconds};
+}
+
+}  // namespace
+
+std::vector<Figure> bench_controller(const BenchOptions& options) {
+    const Job job = workload();
+    const RunFolder folder(options.raw);
+    const std::filesystem::path log = folder.path() / "controller.rec";
+    const nlohmann::json board = run_on("m7", job, options, folder.path() / "m7", log);
+    const nlohmann::json pc = run_on("sim", job, options, folder.path() / "sim", std::nullopt);
+    const nlohmann::json again = replay(log, folder.path() / "replay");
+    const Rates rates = rates_of(folder.path() / "replay" / "commands.csv");
+    const nlohmann::json& all = board.at("figures").at("instructions");
+    const nlohmann::json& marking = board.at("figures").at("instructions_marking");
+    const std::string hash = board.at("command_trace_sha256");
+    const bool hashes_equal = hash == pc.at("command_trace_sha256") && hash == again.at("command_trace_sha256");
+    const auto count = [](const nlohmann::json& figures, const char* name) {
+        return figures.at(name).at("count").get<double>();
+    };
+    return {{"servo_instructions_max", count(marking, "servo_max"), ""},
+            {"servo_instructions_max_any", count(all, "servo_max"), ""},
+            {"plan_instructions_per_point", all.at("plan_total").get<double>() / job.points(), ""},
+            {"tick_instructions_max", count(marking, "tick_max"), ""},
+            {"points_per_s", rates.points, "1/s"},
+            {"pulses_per_s", rates.pulses, "1/s"},
+            {"hashes_equal", hashes_equal ? 1.0 : 0.0, ""},
+            {"replay_equal", again.at("equal").get<bool>() ? 1.0 : 0.0, ""},
+            {"pc_ticks_per_s", again.at("ticks_per_s").get<double>(), "1/s"}};
+}
+
+}  // namespace sc::host::cli
