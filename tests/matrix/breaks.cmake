@@ -12,7 +12,7 @@ add_executable(matrix_record "${CMAKE_CURRENT_LIST_DIR}/record.cpp"
   "${PROJECT_SOURCE_DIR}/tests/sim/firmware/controller/cell_rig.cpp")
 target_include_directories(matrix_record PRIVATE "${PROJECT_BINARY_DIR}/include/tests")
 target_compile_definitions(matrix_record PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-target_link_libraries(matrix_record PRIVATE sc_warnings boards_sim shared_link shared_path shared_trace shared_hash)
+target_link_libraries(matrix_record PRIVATE sc_warnings boards_mps2_an500_pc boards_sim shared_link shared_path shared_trace shared_hash)
 set_target_properties(matrix_record PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
 
 set(sc_matrix_log "${PROJECT_BINARY_DIR}/matrix/short.rec")

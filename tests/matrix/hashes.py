@@ -4,8 +4,9 @@
 hashes. Each build runs twice, its memory and stack full of another pattern each time, so that a byte that is used
 before it is written shows too. Prints a row a build.
 
-hashes.py LOG --build NAME PROGRAM ... [--needs NAME FLAG,FLAG] [--must-differ NAME]
+hashes.py LOG --build NAME PROGRAM ... [--recorded NAME LOG] [--needs NAME FLAG,FLAG] [--must-differ NAME]
 
+--recorded: a log that another controller has made of the same job; the first build must replay it to the same hashes.
 --needs: a row that is not run, and not counted as equal, where the processor lacks one of the flags.
 --must-differ: a test of this test. Passes if this build alone is found to differ."""
 import argparse
@@ -56,7 +57,7 @@ def row(program, log, expected):
     return hashes, None
 
 
-def check(log, builds, needs):
+def check(log, builds, recorded, needs):
     """Names of the builds that differ; prints the table."""
     flags = processor_flags()
     expected, bad, rows = None, [], []
@@ -71,6 +72,14 @@ def check(log, builds, needs):
         elif expected is None:
             expected = hashes
         rows.append((name, *(h[:16] for h in hashes or ("-", "-", "-")), wrong or "equal"))
+    for name, other in recorded:
+        if Path(other).exists():
+            hashes, wrong = row(builds[0][1], other, expected)
+        else:
+            hashes, wrong = None, f"{other} is not there"
+        if wrong:
+            bad.append(name)
+        rows.append((name, *(h[:16] for h in hashes or ("-", "-", "-")), wrong or "equal"))
     rows.insert(0, ("build", "command_trace", "outputs", "inner", "result"))
     width = max(len(r[0]) for r in rows)
     for name, commands, outputs, inner, result in rows:
@@ -84,10 +93,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("log")
     parser.add_argument("--build", nargs=2, action="append", required=True, metavar=("NAME", "PROGRAM"))
+    parser.add_argument("--recorded", nargs=2, action="append", default=[], metavar=("NAME", "LOG"))
     parser.add_argument("--needs", nargs=2, action="append", default=[], metavar=("NAME", "FLAGS"))
     parser.add_argument("--must-differ", metavar="NAME")
     arguments = parser.parse_args()
-    bad = check(arguments.log, arguments.build, dict(arguments.needs))
+    bad = check(arguments.log, arguments.build, arguments.recorded, dict(arguments.needs))
     if arguments.must_differ:
         if bad != [arguments.must_differ]:
             sys.exit(f"hashes: '{arguments.must_differ}' alone should have been found, found: {bad or 'none'}")

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "boards/mps2_an500/pc/m7_controller.hpp"
 #include "tests/sim/firmware/controller/cell_rig.hpp"
 
 namespace {
@@ -81,8 +82,8 @@ bool run(sc::test::CellRig& rig) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: matrix_record LOG\n");
+    if (argc != 2 && argc != 3) {
+        std::fprintf(stderr, "usage: matrix_record LOG [IMAGE]   with an image: on the Cortex-M7\n");
         return 2;
     }
     try {
@@ -91,6 +92,9 @@ int main(int argc, char** argv) {
         sc::test::CellRig::Options options;
         options.script = "pulse " + std::to_string(kFaultAfterPulses) + " drive x fault 0x2310";
         options.record = log;
+        if (argc == 3) {
+            options.controller = sc::mps2_an500::make_m7_controller({.image = argv[2]});
+        }
         sc::test::CellRig rig(options);
         if (!run(rig)) {
             std::fprintf(stderr, "matrix_record: the cell did not run as planned, it stands in state %s\n",
