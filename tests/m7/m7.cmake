@@ -23,6 +23,8 @@ if(SC_HOST)
     DEPS nlohmann_json::nlohmann_json)
   target_compile_definitions(m7_scribe PRIVATE SC_M7_IMAGE="${sc_m7_image}")
   add_dependencies(m7_scribe scribecell scribecell-cell)
+  add_test(NAME m7.budgets COMMAND Python3::Interpreter -B ${CMAKE_CURRENT_LIST_DIR}/budgets.py $<TARGET_FILE:scribecell>)
+  set_tests_properties(m7.budgets PROPERTIES LABELS m7 TIMEOUT 300)
 endif()
 
 foreach(check symbols sizes frames)

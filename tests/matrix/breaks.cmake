@@ -74,8 +74,8 @@ sc_break(uninitialised SOURCE firmware/controller/controller.cpp FILE firmware/c
 
 # A call of the mathematics library need not differ on this machine: the list of allowed symbols forbids it.
 sc_broken_source(libm SOURCE firmware/controller/job_runner.cpp FILE firmware/controller/job_runner.cpp
-  FROM "return static_cast<double>(ticks * machine_.control_period_ns) * 1e-9;"
-  TO "return __builtin_sin(static_cast<double>(ticks * machine_.control_period_ns) * 1e-9);")
+  FROM "return exact_double(ticks * machine_.control_period_ns) * 1e-9;"
+  TO "return __builtin_sin(exact_double(ticks * machine_.control_period_ns) * 1e-9);")
 add_library(break_libm_archive STATIC $<TARGET_OBJECTS:break_libm>)
 set_target_properties(break_libm_archive PROPERTIES LINKER_LANGUAGE CXX)
 set(sc_archives_with_libm "$<TARGET_FILE:break_libm_archive>")
