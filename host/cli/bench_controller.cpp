@@ -189,8 +189,8 @@ std::vector<Figure> bench_controller(const BenchOptions& options) {
     const Rates rates = rates_of(folder.path() / "replay" / "commands.csv");
     const nlohmann::json& all = board.at("figures").at("instructions");
     const nlohmann::json& marking = board.at("figures").at("instructions_marking");
-    const std::string hash = board.at("command_trace_sha256");
-    const bool hashes_equal = hash == pc.at("command_trace_sha256") && hash == again.at("command_trace_sha256");
+    const auto hash_of = [](const nlohmann::json& run) { return run.at("command_trace_sha256").get<std::string>(); };
+    const bool hashes_equal = hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again);
     const auto count = [](const nlohmann::json& figures, const char* name) {
         return figures.at(name).at("count").get<double>();
     };
