@@ -39,3 +39,9 @@ function(sc_use_build_id target)
   target_include_directories(${target} PRIVATE "${SC_BUILD_ID_ROOT}")
   add_dependencies(${target} mps2_an500_build_id)
 endfunction()
+
+# Builds that are only configured (clang-tidy reads their commands) need a header to look at.
+if(NOT EXISTS "${SC_BUILD_ID_HEADER}")
+  execute_process(COMMAND "${CMAKE_COMMAND}" -DROOT=${PROJECT_SOURCE_DIR} -DLIST=${sc_build_id_list}
+    -DOUT=${SC_BUILD_ID_HEADER} -P "${SC_BUILD_ID_SCRIPT}" COMMAND_ERROR_IS_FATAL ANY)
+endif()

@@ -49,7 +49,6 @@ bool LogReader::next_chunk(Chunk& chunk) noexcept {
     }
     ByteReader reader(head.subspan(kChunkMark.size()));
     const auto kind = reader.get<std::uint32_t>();
-    chunk.head.kind = static_cast<ChunkKind>(kind);
     chunk.head.number = reader.get<std::uint32_t>();
     chunk.head.payload_size = reader.get<std::uint32_t>();
     chunk.head.first_tick = reader.get<std::int64_t>();
@@ -57,6 +56,7 @@ bool LogReader::next_chunk(Chunk& chunk) noexcept {
     if (kind < static_cast<std::uint32_t>(ChunkKind::header) || kind > static_cast<std::uint32_t>(ChunkKind::end)) {
         return fail(LogEnd::malformed);
     }
+    chunk.head.kind = static_cast<ChunkKind>(kind);
     if (chunk.head.number != number_) {
         return fail(LogEnd::out_of_order);
     }

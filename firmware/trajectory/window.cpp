@@ -247,6 +247,8 @@ void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
     stage_ = Stage::check;
 }
 
+// Two states in, three results out, each one number.
+// NOLINTNEXTLINE(readability-function-size): a struct would only name them twice
 void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
                          double c1, double& share, double& room0, double& room1) noexcept {
     const CellMotion motion = cell_motion(from, to, b0, c0, b1, c1);
@@ -286,7 +288,7 @@ void WindowPlanner::check(const Limits& limits, Ring<Node>& nodes) noexcept {
     }
     double ignored = 1.0;
     if (resting_ && !fresh_) {
-        Node& base = nodes[base_];
+        const Node& base = nodes[base_];
         note(limits, nodes[base_ - 1], base, 0.0, 0.0, base.trial_b, base.trial_c, start_share_, ignored, ignored);
         start_jerk_ = start_share_ * ramp_jerk(limits, nodes[base_ - 1], base);
     }

@@ -34,6 +34,9 @@ std::int64_t tamed(std::int64_t value) noexcept {
 }  // namespace
 
 bool leads_axes(std::uint8_t state) noexcept {
+    if (state > static_cast<std::uint8_t>(State::fault)) {
+        return true;  // a damaged trace may hold any number
+    }
     switch (static_cast<State>(state)) {
         case State::boot:
         case State::disabled:

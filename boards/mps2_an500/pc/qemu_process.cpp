@@ -25,9 +25,11 @@ std::string end_text(int status) {
     ::setpgid(0, 0);
     if (::getppid() == parent) {
         const int nothing = ::open("/dev/null", O_RDWR);
-        ::dup2(nothing, STDIN_FILENO);
-        ::dup2(nothing, STDOUT_FILENO);
-        ::execvp(words[0], words);
+        if (nothing >= 0) {
+            ::dup2(nothing, STDIN_FILENO);
+            ::dup2(nothing, STDOUT_FILENO);
+            ::execvp(words[0], words);
+        }
     }
     const int number = errno;
     (void)!::write(failure, &number, sizeof number);

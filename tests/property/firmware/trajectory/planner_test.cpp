@@ -110,7 +110,7 @@ double nearest(const Place& p, const std::vector<Place>& points) {
 class RandomPaths : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomPaths, KeepEveryLimitOnEverySample) {
-    constexpr std::uint64_t kPaths = 250;
+    constexpr std::uint64_t kPaths = SC_RANDOM_PATHS;
     for (std::uint64_t seed = GetParam() * kPaths; seed < (GetParam() + 1) * kPaths; ++seed) {
         SCOPED_TRACE(seed);
         Source from(seed);
