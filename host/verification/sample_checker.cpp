@@ -34,27 +34,10 @@ std::int64_t tamed(std::int64_t value) noexcept {
 }  // namespace
 
 bool leads_axes(std::uint8_t state) noexcept {
-    if (state > static_cast<std::uint8_t>(State::fault)) {
-        return true;  // a damaged trace may hold any number
-    }
-    switch (static_cast<State>(state)) {
-        case State::boot:
-        case State::disabled:
-        case State::enabling:
-        case State::homing:
-        case State::disabling:
-        case State::fault: return false;
-        case State::idle:
-        case State::jogging:
-        case State::arming:
-        case State::armed:
-        case State::running:
-        case State::marking:
-        case State::stopping:
-        case State::held:
-        case State::held_link: return true;
-    }
-    return true;
+    // A damaged trace may hold any number: no cast to State, and what is no state is judged as if axes were led.
+    const auto is = [state](State other) { return state == static_cast<std::uint8_t>(other); };
+    return !(is(State::boot) || is(State::disabled) || is(State::enabling) || is(State::homing) ||
+             is(State::disabling) || is(State::fault));
 }
 
 std::string_view name_of(Breach breach) noexcept {
