@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/drives/drive_node.hpp"
 
-#include "shared/math/scalar.hpp"
-
 namespace sc::drives {
 namespace {
 
@@ -208,7 +206,7 @@ std::uint16_t DriveNode::fault_command() noexcept {
 
 void DriveNode::choose_target(const NodeRequest& request, bool follow) noexcept {
     if (follow) {
-        target_counts_ = round_to_i32(exact_double(request.target) / units_per_count_);
+        target_counts_ = round_to_i32(static_cast<double>(request.target) / units_per_count_);
     } else if (power_ != PowerState::operation_enabled || homing_.active()) {
         target_counts_ = actual_counts_;
     }
