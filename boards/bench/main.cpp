@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <exception>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -36,6 +39,7 @@ struct Arguments {
     std::string input;
     std::vector<double> limits{200.0, 5000.0, 200000.0};
     double tolerance_mm = 0.01;
+    std::string samples;
     bool json = false;
     int output = 1;
 };
@@ -102,6 +106,22 @@ void print(const Arguments& a, const ordered_json& object) {
     }
 }
 
+/// Samples as `scribecell check` reads them: seconds and metres, to the picometre.
+void write_samples(const std::string& name, const std::vector<Place>& samples) {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(name.c_str(), "w"), std::fclose);
+    if (!file) {
+        throw sc::bench::FileError(name + ": cannot be written: " + std::strerror(errno));
+    }
+    std::fputs("t_s,x_m,y_m,z_m\n", file.get());
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+        const Place& p = samples[n];
+        std::fprintf(file.get(), "%.3f,%.12f,%.12f,%.12f\n", static_cast<double>(n) * 1e-3, p[0], p[1], p[2]);
+    }
+    if (std::ferror(file.get()) != 0 || std::fflush(file.get()) != 0) {
+        throw std::runtime_error(name + ": not written whole");
+    }
+}
+
 int run_workloads(const Arguments& a) {
     const Spec spec = spec_of(a, false);
     const auto read = [&](const char* name) { return sc::bench::read_polyline(a.workloads + "/" + name); };
@@ -134,6 +154,9 @@ int run_input(const Arguments& a) {
     }
     const Spec spec = spec_of(a, turns);
     const MotionFigures f = value_of(a.input, sc::bench::measure(spec, points, 3));
+    if (!a.samples.empty()) {
+        write_samples(a.samples, f.samples);
+    }
     print(a, ordered_json{{"motion_s", f.seconds},
                           {"max_limit_ratio", f.limit_ratio},
                           {"max_deviation_um", f.deviation * 1e6},
@@ -162,6 +185,9 @@ int main(int argc, char** argv) {
     app.add_option("--tolerance", arguments.tolerance_mm, "greatest deviation, mm")
         ->type_name("T")
         ->capture_default_str();
+    app.add_option("--samples", arguments.samples, "CSV of the emitted set-points at 1 kHz, for scribecell check")
+        ->type_name("FILE")
+        ->excludes(workloads);
     app.add_flag("--json", arguments.json, "one JSON object");
     app.add_option("--output-fd", arguments.output, "open file that the figures go to")->type_name("N");
     try {

@@ -193,10 +193,10 @@ std::expected<MotionFigures, Refusal> measure(const Spec& spec, const std::vecto
         }
         const double us = made->us / static_cast<double>(points.size());
         if (i == 0) {
-            const std::vector<Place> samples = sample(*made);
+            figures.samples = sample(*made);
             figures.seconds = made->seconds();
-            figures.limit_ratio = limit_ratio(spec, samples);
-            figures.deviation = deviation(spec, points, samples);
+            figures.limit_ratio = limit_ratio(spec, figures.samples);
+            figures.deviation = deviation(spec, points, figures.samples);
             figures.pieces = made->pieces.size();
         }
         if (i == 0 || us < figures.us_per_point) {

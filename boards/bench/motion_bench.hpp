@@ -18,6 +18,7 @@ struct MotionFigures {
     double worst_insert_us = 0.0;  ///< one point and the work behind it, in that repeat
     std::size_t points = 0;
     std::size_t pieces = 0;
+    std::vector<trajectory::Place> samples;  ///< at 1 kHz, some at rest before and behind
 };
 
 /// Plans the polyline `repeats` times and measures. The refusal names the point.

@@ -20,4 +20,13 @@ if(SC_HOST AND SC_SIM)
   foreach(test sim_bad_input_test sim_check_test sim_scribe_test sim_scribe_fault_test sim_replay_command_test)
     add_dependencies(${test} scribecell scribecell-cell scribecell-replay)
   endforeach()
+  if(NOT SC_SANITIZE)
+    find_package(Python3 REQUIRED COMPONENTS Interpreter)
+    foreach(workload a_dense b_corners c_mixed)
+      add_test(NAME sim.motion_check_${workload} COMMAND Python3::Interpreter -B
+        ${CMAKE_CURRENT_LIST_DIR}/host/cli/motion_check.py $<TARGET_FILE:scribecell-motion-bench> $<TARGET_FILE:scribecell>
+        "${PROJECT_SOURCE_DIR}/tests/data/motion/${workload}.csv")
+      set_tests_properties(sim.motion_check_${workload} PROPERTIES LABELS sim TIMEOUT 120)
+    endforeach()
+  endif()
 endif()
