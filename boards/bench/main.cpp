@@ -9,7 +9,6 @@
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "boards/bench/motion_bench.hpp"
 #include "boards/bench/polyline_file.hpp"
@@ -41,7 +40,6 @@ struct Arguments {
     double tolerance_mm = 0.01;
     std::string samples;
     bool json = false;
-    int output = 1;
 };
 
 Spec spec_of(const Arguments& a, bool turns) {
@@ -94,15 +92,8 @@ void print(const Arguments& a, const ordered_json& object) {
             text += name + std::string(name.size() < 24 ? 24 - name.size() : 1, ' ') + number.dump() + "\n";
         }
     }
-    const char* at = text.data();
-    std::size_t left = text.size();
-    while (left > 0) {
-        const ssize_t written = ::write(a.output, at, left);
-        if (written <= 0) {
-            throw std::runtime_error("the figures cannot be written");
-        }
-        at += written;
-        left -= static_cast<std::size_t>(written);
+    if (std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
+        throw std::runtime_error("the figures cannot be written");
     }
 }
 
@@ -189,7 +180,6 @@ int main(int argc, char** argv) {
         ->type_name("FILE")
         ->excludes(workloads);
     app.add_flag("--json", arguments.json, "one JSON object");
-    app.add_option("--output-fd", arguments.output, "open file that the figures go to")->type_name("N");
     try {
         app.parse(argc, argv);
         if (arguments.workloads.empty() && arguments.input.empty()) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/job_runner.hpp"
 
+#include <algorithm>
+
 #include "firmware/laser/xy2_100.hpp"
 #include "firmware/motion/axis_map.hpp"
 #include "firmware/safety/watch.hpp"
@@ -19,7 +21,6 @@ constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
 constexpr std::size_t kC = index(Axis::c);
 
-std::size_t smaller_of(std::size_t a, std::size_t b) noexcept { return a < b ? a : b; }
 double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / kWireUnitsPerMetre; }
 
 }  // namespace
@@ -398,7 +399,7 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
         const double left = clamped((segment.end - t) / period - k, 1.0, static_cast<double>(kGalvoFramesPerTick));
         const auto whole = static_cast<std::uint32_t>(left);
         const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
-        const std::size_t last = smaller_of(frame + count, kGalvoFramesPerTick);
+        const std::size_t last = std::min<std::size_t>(frame + count, kGalvoFramesPerTick);
         for (; frame < last; ++frame) {
             const double way = segment.way(t + k * period);
             const double bent = element.bent(way);

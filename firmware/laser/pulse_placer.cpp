@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/laser/pulse_placer.hpp"
 
+#include <algorithm>
+
 #include "shared/math/scalar.hpp"
 
 namespace sc::laser {
@@ -24,8 +26,6 @@ constexpr int kFastSteps = 4;
 constexpr int kSlowSteps = 60;
 constexpr std::int32_t kRunTolerance = 1280;  // 1/256 ns: 5 ns, 10 nm at 2 m/s
 constexpr double kEndSlack = 1e-9;            // m: a pulse this near beyond the end still belongs to the path
-
-std::size_t smaller_size(std::size_t a, std::size_t b) noexcept { return a < b ? a : b; }
 
 }  // namespace
 
@@ -130,6 +130,9 @@ PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double len
     }
     g.count = 1;
     group_ = group_ > 2 ? group_ : 2;
+    // What was tried in vain lies ahead of the next pulse.
+    last_time_ = first.time;
+    slowness_ = slope * per_pitch_;
     return g;
 }
 
@@ -239,7 +242,7 @@ void PulsePlacer::fill(const motion::Segment& segment, double low, double high, 
     std::uint32_t end = static_cast<std::uint32_t>(behind);
     end = end < pulses_ ? end : pulses_;
     while (next_ < end) {
-        const std::size_t room = smaller_size(out.pulses.size() - out.pulses_size, out.laser.size() - out.laser_size);
+        const std::size_t room = std::min(out.pulses.size() - out.pulses_size, out.laser.size() - out.laser_size);
         if (room == 0) {
             return;
         }

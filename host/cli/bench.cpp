@@ -22,8 +22,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell bench scribe
       the main job: how near the crosses are to their command, how fast the simulation is
   scribecell bench controller
-      what a tick costs on a Cortex-M7, and whether board, PC and replay give the same bits (./run builds the image:
-      ./run --board m7, or ./run bench controller)
+      what a tick costs on a Cortex-M7, and whether board, PC and replay give the same bits (./run bench controller
+      builds the image first)
   scribecell bench scribe --json --seed 7 --raw run1
       one JSON object; the trials as CSV in run1
   scribecell bench motion

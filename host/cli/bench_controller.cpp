@@ -9,11 +9,10 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "host/bridge/child_process.hpp"
 #include "host/bridge/client.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/open_transport.hpp"
-#include "host/bridge/program_output.hpp"
+#include "host/bridge/program.hpp"
 #include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/bench_figures.hpp"
@@ -129,13 +128,10 @@ nlohmann::json run_on(const std::string& board, const Job& job, const BenchOptio
 
 nlohmann::json replay(const std::filesystem::path& log, const std::filesystem::path& folder) {
     std::fprintf(stderr, "replaying on this PC\n");
-    const auto program = find_program("scribecell-replay");
-    if (!program) {
-        throw CellError("the program scribecell-replay is not there: build it (./run does), or set SCRIBECELL_ROOT");
-    }
+    const std::filesystem::path program = required_program("scribecell-replay");
     // Once for the tables, once without them for the time.
-    static_cast<void>(run_program(*program, {"--json", "--out", folder.string(), "--", log.string()}));
-    const ProgramOutput output = run_program(*program, {"--json", "--", log.string()});
+    static_cast<void>(run_program(program, {"--json", "--out", folder.string(), "--", log.string()}));
+    const ProgramOutput output = run_program(program, {"--json", "--", log.string()});
     if (output.text.empty()) {
         throw CellError("scribecell-replay ended with code " + std::to_string(output.exit_code) + " and said nothing");
     }

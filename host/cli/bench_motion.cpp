@@ -1,45 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cerrno>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/errors.hpp"
+#include "host/bridge/program.hpp"
 #include "host/cli/bench_figures.hpp"
 
 namespace sc::host::cli {
 namespace {
 
 constexpr const char* kProgram = "scribecell-motion-bench";
-
-std::filesystem::path program() {
-    const auto found = find_program(kProgram);
-    if (!found) {
-        throw CellError(std::string("the program ") + kProgram +
-                        " is not there: build it (./run does), or set SCRIBECELL_ROOT");
-    }
-    return *found;
-}
-
-/// All that the child writes to its socket, until it closes it.
-std::string read_all(int socket) {
-    std::string text;
-    char part[4096];
-    while (true) {
-        const ssize_t count = ::read(socket, part, sizeof part);
-        if (count < 0 && errno == EINTR) {
-            continue;
-        }
-        if (count <= 0) {
-            return text;
-        }
-        text.append(part, static_cast<std::size_t>(count));
-    }
-}
 
 }  // namespace
 
@@ -48,14 +21,13 @@ std::vector<Figure> bench_motion(const BenchOptions&) {
     if (!root) {
         throw CellError("tests/data/motion is not beside this program: set SCRIBECELL_ROOT to the project's folder");
     }
-    ChildProcess child(program(), {"--workloads", (*root / "tests/data/motion").string(), "--json", "--output-fd",
-                                   std::to_string(ChildProcess::kChildSocket)});
-    const std::string text = read_all(child.socket());
+    const ProgramOutput output =
+        run_program(required_program(kProgram), {"--workloads", (*root / "tests/data/motion").string(), "--json"});
     // Broken limits end the program with 1; the figures say which, and are judged by the caller.
-    const int code = child.finish();
-    const auto object = nlohmann::json::parse(text, nullptr, false);
+    const auto object = nlohmann::json::parse(output.text, nullptr, false);
     if (!object.is_object()) {
-        throw CellError(std::string(kProgram) + " ended with " + std::to_string(code) + " and gave no figures");
+        throw CellError(std::string(kProgram) + " ended with " + std::to_string(output.exit_code) +
+                        " and gave no figures");
     }
     const auto figure = [&](const char* name, const char* unit) {
         return Figure{name, object.at(name).get<double>(), unit};
@@ -66,7 +38,7 @@ std::vector<Figure> bench_motion(const BenchOptions&) {
 }
 
 int bench_motion_file(const MotionFile& file, bool json) {
-    std::vector<std::string> words{program().string(), "--input", file.input};
+    std::vector<std::string> words{"--input", file.input};
     if (!file.limits.empty()) {
         words.insert(words.end(), {"--limits", file.limits});
     }
@@ -76,13 +48,7 @@ int bench_motion_file(const MotionFile& file, bool json) {
     if (json) {
         words.emplace_back("--json");
     }
-    std::vector<char*> argv;
-    for (std::string& word : words) {
-        argv.push_back(word.data());
-    }
-    argv.push_back(nullptr);
-    ::execv(words.front().c_str(), argv.data());
-    throw std::system_error(errno, std::generic_category(), "cannot start " + words.front());
+    become_program(required_program(kProgram), words);
 }
 
 }  // namespace sc::host::cli

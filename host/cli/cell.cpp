@@ -1,17 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
-#include <unistd.h>
-
-#include "host/bridge/child_process.hpp"
-#include "host/bridge/errors.hpp"
+#include "host/bridge/program.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -77,21 +72,7 @@ std::vector<std::string> words_of(const CellOptions& options) {
 int run(const CellOptions& options) {
     check_file(options.world);
     check_file(options.script);
-    const auto program = find_program("scribecell-cell");
-    if (!program) {
-        throw CellError("the program scribecell-cell is not there: build it (./run does), or set SCRIBECELL_ROOT");
-    }
-    std::vector<std::string> words{program->string()};
-    for (const std::string& word : words_of(options)) {
-        words.push_back(word);
-    }
-    std::vector<char*> argv;
-    for (std::string& word : words) {
-        argv.push_back(word.data());
-    }
-    argv.push_back(nullptr);
-    ::execv(program->c_str(), argv.data());
-    throw std::system_error(errno, std::generic_category(), "cannot start " + program->string());
+    become_program(required_program("scribecell-cell"), words_of(options));
 }
 
 }  // namespace

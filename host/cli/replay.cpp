@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cerrno>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
-#include <unistd.h>
-
-#include "host/bridge/child_process.hpp"
-#include "host/bridge/errors.hpp"
+#include "host/bridge/program.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/subcommands.hpp"
 
@@ -56,23 +51,7 @@ std::vector<std::string> words_of(const ReplayOptions& options) {
 }
 
 /// Becomes the program of the board; returns only when that fails.
-int run(const ReplayOptions& options) {
-    const auto program = find_program("scribecell-replay");
-    if (!program) {
-        throw CellError("the program scribecell-replay is not there: build it (./run does), or set SCRIBECELL_ROOT");
-    }
-    std::vector<std::string> words{program->string()};
-    for (const std::string& word : words_of(options)) {
-        words.push_back(word);
-    }
-    std::vector<char*> argv;
-    for (std::string& word : words) {
-        argv.push_back(word.data());
-    }
-    argv.push_back(nullptr);
-    ::execv(program->c_str(), argv.data());
-    throw std::system_error(errno, std::generic_category(), "cannot start " + program->string());
-}
+int run(const ReplayOptions& options) { become_program(required_program("scribecell-replay"), words_of(options)); }
 
 }  // namespace
 

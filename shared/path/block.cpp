@@ -203,15 +203,4 @@ bool BlockReader::continue_run(Item& out) noexcept {
     return good;
 }
 
-bool block_is_sound(std::span<const std::uint8_t> bytes, std::size_t count) noexcept {
-    BlockReader reader(bytes, count);
-    Item item;
-    while (true) {
-        const std::expected<bool, Refusal> step = reader.next(item);
-        if (!step || !*step) {
-            return step.has_value();
-        }
-    }
-}
-
 }  // namespace sc

@@ -81,7 +81,4 @@ private:
     bool broken_ = false;
 };
 
-/// The count and the whole of a block are right. Cost: one walk.
-[[nodiscard]] bool block_is_sound(std::span<const std::uint8_t> bytes, std::size_t count) noexcept;
-
 }  // namespace sc

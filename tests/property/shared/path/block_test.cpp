@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/unit/shared/path/sound_block.hpp"
+
 namespace {
 
 using sc::Item;

@@ -31,14 +31,15 @@ struct Fired {
 };
 
 /// Runs a path with points along x and z and collects all pulses.
-Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t act_ns) {
+Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t act_ns, double acceleration = 5.0,
+           double jerk = 200.0) {
     auto planner = std::make_unique<motion::Planner>();
     motion::PathSpec path;
     path.speed = speed;
     path.tolerance = 1e-5;
     path.limits.speed = {2.0, 2.0, 2.0, 1.0};
-    path.limits.acceleration = {5.0, 5.0, 5.0, 1.0};
-    path.limits.jerk = {200.0, 200.0, 200.0, 1.0};
+    path.limits.acceleration = {acceleration, acceleration, acceleration, 1.0};
+    path.limits.jerk = {jerk, jerk, jerk, 1.0};
     planner->open(path);
     for (std::size_t i = 0; i < points.size(); ++i) {
         planner->add(points[i], static_cast<std::uint32_t>(i));
@@ -99,6 +100,34 @@ TEST(PulsePlacer, PutsPulsesAtEqualPitchThroughRampsAndCorners) {
         ASSERT_GT(chord, 18.5e6);
     }
     EXPECT_LE(short_chords, 12);
+}
+
+TEST(PulsePlacer, KeepsEachPulseOfAGroupWithinANanometre) {
+    // A stop in the middle, so that the speed changes fast: on a straight line place and distance are the same.
+    for (const double acceleration : {5.0, 200.0, 8000.0}) {
+        const Fired fired = fire({{0, 0, 0, 0}, {0.003, 0, 0, 0}, {0.003, 0, 0.0001, 0}, {0.006, 0, 0.0001, 0}}, 1.5, 0,
+                                 acceleration, acceleration * 1e4);
+        int checked = 0;
+        for (const PathPulse& pulse : fired.pulses) {
+            if (pulse.s_pm < 2'900'000'000) {
+                ASSERT_NEAR(static_cast<double>(pulse.place_pm[0]), static_cast<double>(pulse.s_pm), 1100.0)
+                    << acceleration << " " << pulse.number;
+                ++checked;
+            }
+        }
+        EXPECT_GT(checked, 140);
+    }
+}
+
+TEST(Firing, DoesNotDependOnWhereItLooksFirst) {
+    const FiringRule rule(spec());
+    for (double v = 2e-3; v <= 1.6; v *= 1.03) {
+        const Firing right = rule.at(v, 1);
+        for (const std::uint32_t hint : {2U, 7U, 40U, 255U}) {
+            const Firing f = rule.at(v, hint);
+            ASSERT_TRUE(f.pick == right.pick && f.power == right.power && f.possible == right.possible) << v;
+        }
+    }
 }
 
 TEST(PulsePlacer, RunsGiveEveryPulseItsTime) {

@@ -7,6 +7,12 @@
 
 namespace sc::host {
 
+/// find_program, or a CellError that says how to come by it.
+[[nodiscard]] std::filesystem::path required_program(const std::string& name);
+
+/// Becomes the program, which keeps this one's terminal and signals. Throws std::system_error when that fails.
+[[noreturn]] void become_program(const std::filesystem::path& program, const std::vector<std::string>& arguments);
+
 struct ProgramOutput {
     int exit_code = 0;  ///< or 128 + the signal that ended it
     std::string text;   ///< all that it wrote to stdout
