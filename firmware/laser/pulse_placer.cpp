@@ -110,7 +110,9 @@ PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double len
     Group g{1, first.time, slope, 0.0, 0.0, first.speed, 0.0};
     last_time_ = first.time;
     std::uint32_t tried = first.speed > kFast ? (count < group_ ? count : group_) : 1;
-    group_ = tried == group_ && group_ < kMostInGroup ? group_ * 2 : group_;
+    if (tried == group_) {
+        group_ = group_ * 2 < kMostInGroup ? group_ * 2 : kMostInGroup;
+    }
     for (; tried > 1; tried = tried / 2, group_ = tried) {
         const double n = static_cast<double>(tried - 1);
         const Solved last = solve(segment, length + n * pitch, first.time, first.time + n * slope);
