@@ -114,6 +114,7 @@ Json job_json(const Controller& controller) {
             {"items_planned", runner.planned()},
             {"items_fired", runner.fired()},
             {"path", runner.path().path},
+            {"feed_override_percent", runner.feed_override_percent()},
             {"fired_position", {{"path", fired.path}, {"pass", fired.pass}, {"pulses", fired.pulses}}},
             {"refusal", refusal}};
 }

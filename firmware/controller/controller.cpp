@@ -224,6 +224,11 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     report(in, out);
 }
 
+LimitedBy Controller::limited_by() const noexcept {
+    const bool held = state() == State::stopping || state() == State::held;
+    return held && stop_reason_ == Event::hold ? LimitedBy::override_zero : runner_.limited_by();
+}
+
 void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
     if (job_open_) {
         link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
@@ -236,7 +241,8 @@ void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
         status.faults = supervisor_.faults();
         status.first_fault = static_cast<std::uint8_t>(supervisor_.first_fault().fault);
         status.first_fault_axis = supervisor_.first_fault().axis;
-        status.limited_by = static_cast<std::uint8_t>(runner_.limited_by());
+        status.limited_by = static_cast<std::uint8_t>(limited_by());
+        status.override_percent = runner_.feed_override_percent();
         const auto flag = [&](bool on, link::StatusFlag bit) noexcept {
             status.flags = static_cast<std::uint8_t>(status.flags | (on ? static_cast<unsigned>(bit) : 0U));
         };

@@ -55,6 +55,8 @@ private:
     [[nodiscard]] Verdict jog(const link::Command& command) noexcept;
     [[nodiscard]] Verdict abort() noexcept;
     [[nodiscard]] Verdict open(const link::JobOpen& job) noexcept;
+    [[nodiscard]] Verdict set_override(const link::Command& command) noexcept;
+    [[nodiscard]] LimitedBy limited_by() const noexcept;
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
 
     void watch_inputs(const ServoInputs& in) noexcept;

@@ -113,8 +113,17 @@ Controller::Verdict Controller::decide(const link::Command& command, const Servo
             }
             return verdict;
         }
+        case link::Verb::set_override: return set_override(command);
     }
     return {Refusal::unknown_command, command.verb};
+}
+
+Controller::Verdict Controller::set_override(const link::Command& command) noexcept {
+    if (command.arg0 < link::kMinOverride || command.arg0 > link::kMaxOverride) {
+        return {Refusal::bad_override, command.arg0};
+    }
+    runner_.set_feed_override(static_cast<std::uint8_t>(command.arg0));
+    return {};
 }
 
 Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {

@@ -209,7 +209,9 @@ void JobRunner::feed(ItemQueue& items) noexcept {
             path_end_item_ = item;
             planner_.finish();
         } else {
-            refuse(Refusal::item_out_of_order, item, Axis::x, 0.0);
+            const bool turns = std::holds_alternative<Turn>(*front);
+            refuse(turns ? Refusal::c_motion_in_path : Refusal::item_out_of_order, item, turns ? Axis::c : Axis::x,
+                   0.0);
             return;
         }
         items.pop();

@@ -52,6 +52,11 @@ public:
     /// New geometry; the set-points stay, the place in h changes. Only while nothing moves.
     void set_compensation(const Compensation& compensation) noexcept;
 
+    /// Feed override, 10..200 % of the programmed speed of paths (the controller has checked it); 100 at the start.
+    /// Kept from job to job. Any time.
+    void set_feed_override(std::uint8_t percent) noexcept { feed_override_percent_ = percent; }
+    [[nodiscard]] std::uint8_t feed_override_percent() const noexcept { return feed_override_percent_; }
+
     void start_job() noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
     void start_jog(Axis axis, double distance, double speed) noexcept;
@@ -148,6 +153,7 @@ private:
     LimitedBy limited_by_ = LimitedBy::none;
     double pulse_speed_ = 0.0;
     double jog_speed_ = 0.0;
+    std::uint8_t feed_override_percent_ = 100;
     std::uint32_t hint_ = 0;
 };
 

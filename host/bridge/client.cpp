@@ -44,6 +44,7 @@ std::string name_of(link::Verb verb) {
         case link::Verb::reset_fault: return "reset_fault";
         case link::Verb::jog: return "jog";
         case link::Verb::stop: return "stop";
+        case link::Verb::set_override: return "set_override";
     }
     return "command " + std::to_string(static_cast<int>(verb));
 }

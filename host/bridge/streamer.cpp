@@ -45,6 +45,7 @@ void Streamer::run() {
         resend_when_silent();
         send_window();
         resume_when_held();
+        change_override();
         record_sometimes();
         report(false);
         client_->pump(client_->now() + kLook);
@@ -143,6 +144,17 @@ void Streamer::resume_when_held() {
         if (refused.refusal != Refusal::wrong_state) {
             throw;
         }
+    }
+}
+
+void Streamer::change_override() {
+    if (!options_.wanted_override || !client_->status_is_fresh()) {
+        return;
+    }
+    const std::uint8_t present = client_->status()->override_percent;
+    const std::optional<std::uint8_t> wanted = options_.wanted_override(present);
+    if (wanted && *wanted != present) {
+        client_->command(link::Verb::set_override, *wanted);
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 
 #include "host/bridge/client.hpp"
@@ -16,6 +17,8 @@ struct StreamOptions {
     std::uint32_t items_per_block = 0;       ///< 0: as many as a block can hold
     Nanoseconds resend_after{60'000'000};    ///< without an answer that moves on, sending starts again at `received`
     Nanoseconds journal_period{50'000'000};  ///< of the real clock, between records that no intent asks for
+    /// Asked all along with the override in force; what it returns is set. Empty: never asked.
+    std::function<std::optional<std::uint8_t>(std::uint8_t percent)> wanted_override{};
 };
 
 /// What of a job is to be streamed; all of it must outlive the streamer.
@@ -53,6 +56,7 @@ private:
     void send_block(std::uint32_t end);
     void resend_when_silent();
     void resume_when_held();
+    void change_override();
     void check_refused() const;
     void check_running();
     [[nodiscard]] bool done() const;

@@ -59,6 +59,7 @@ std::string status_text(const link::Status& status, const WireCounters& wire) {
     for (const auto& [name, set] : flags_of(status)) {
         text += fmt::format(" {} {}", name, set ? "yes" : "no");
     }
+    text += fmt::format("\noverride   {} %", status.override_percent);
     text += fmt::format("\nlimited by {}\n", status.limited_by == 0 ? "nothing" : describe_code(status.limited_by));
     text += fmt::format("counters   pulses {}, starvations {}, items repeated {}\n", status.pulses_total,
                         status.starvations, status.items_repeated);
@@ -85,6 +86,7 @@ Json status_json(const link::Status& status, const WireCounters& wire) {
             {"faults", faults},
             {"first_fault", status.first_fault},
             {"limited_by", status.limited_by},
+            {"override_percent", status.override_percent},
             {"flags", flags},
             {"x_mm", place_of(status, 0)},
             {"y_mm", place_of(status, 1)},

@@ -23,6 +23,8 @@ constexpr const char* kExamples = R"(Examples:
       scribecell replay run1/inputs.rec runs the controller again with what it was given
   scribecell scribe --world bent.toml --script faults.txt
       the simulated cell with errors of its own, and faults to provoke
+  scribecell scribe --override 50
+      at half speed; in a terminal the keys + and - change it by 10 % while the job runs, 0 sets 100 %
   scribecell scribe --board m7
       the example with the controller on a Cortex-M7 in QEMU; also prints what it cost in instructions
   scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite
@@ -69,6 +71,10 @@ void describe_cell(CLI::App& app, Words& words) {
     optional_option(app, "--m7-image", link.m7_image, "image for --board m7 (default: what the preset m7 builds)")
         ->type_name("FILE");
     app.add_flag("--reset-fault", o.reset_fault, "acknowledge a latched fault first");
+    app.add_option_function<int>(
+           "--override", [&o](const int& percent) { o.override_percent = percent; },
+           "feed override, 10..200 % of the programmed speed of paths (default: as it stands in the cell)")
+        ->type_name("PERCENT");
     app.add_option("--points-per-block", o.points_per_block, "most items in one message (default: as many as fit)")
         ->type_name("N")
         ->check(CLI::Range(1, 255));

@@ -8,6 +8,7 @@
 
 #include "host/bridge/child_process.hpp"
 #include "host/cli/number_text.hpp"
+#include "host/cli/override.hpp"
 #include "host/formats/error.hpp"
 
 namespace sc::host::cli {
@@ -96,6 +97,9 @@ void check_folder_of(const std::optional<std::filesystem::path>& file, const cha
 
 ScribeInput read_input(const ScribeOptions& options) {
     check_link_options(options);
+    if (options.override_percent) {
+        check_override(*options.override_percent);
+    }
     check_readable(options.link_options.world, "the world file");
     check_readable(options.link_options.script, "the fault script");
     check_readable(options.link_options.m7_image, "the image for the Cortex-M7");

@@ -26,6 +26,7 @@ struct ScribeOptions {
     std::optional<std::filesystem::path> svg;
     std::optional<std::filesystem::path> journal;
     std::uint32_t points_per_block = 0;
+    std::optional<int> override_percent;  ///< none: as it stands in the cell
     bool dry_run = false;
     bool json = false;
     bool reset_fault = false;

@@ -9,6 +9,7 @@
 
 #include "host/bridge/stop.hpp"
 #include "host/cli/exit_codes.hpp"
+#include "host/cli/override_keys.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/run_folder.hpp"
 #include "host/formats/error.hpp"
@@ -102,6 +103,7 @@ private:
         const std::unique_ptr<Journal> journal = open_journal();
         SessionOptions session_options;
         session_options.stream.items_per_block = options_.points_per_block;
+        session_options.stream.wanted_override = [this](std::uint8_t percent) { return pressed(percent); };
         session_options.reset_fault = options_.reset_fault;
         session_options.on_progress = [this](const Progress& progress) { note(progress); };
         session_options.on_step = [this](const std::string& what) { printer_.step(what); };
@@ -116,6 +118,12 @@ private:
         try {
             session.clear();
             client.set_compensation(compensation_of(input_.calibration));
+            if (options_.override_percent) {
+                note_override(*options_.override_percent);
+                client.command(link::Verb::set_override, *options_.override_percent);
+            } else if (client.status() && client.status()->override_percent != 100) {
+                note_override(client.status()->override_percent);
+            }
             const RunResult result = session.run(
                 {outcome_.plan.hash, outcome_.plan.items, outcome_.plan.expected_seconds_estimate}, journal);
             outcome_.progress = result.progress;
@@ -134,6 +142,21 @@ private:
             outcome_.progress = journal->last().value_or(JobProgress{});
         }
         outcome_.cell_seconds = static_cast<double>((client.now() - begun).count()) * 1e-9;
+    }
+
+    void note_override(int percent) { printer_.step("feed override " + std::to_string(percent) + " %"); }
+
+    std::optional<std::uint8_t> pressed(std::uint8_t percent) {
+        std::optional<std::uint8_t> wanted;
+        for (std::optional<char> key = keys_.next(); key; key = keys_.next()) {
+            if (const auto next = override_after(*key, wanted.value_or(percent))) {
+                wanted = next;
+            }
+        }
+        if (wanted) {
+            note_override(*wanted);
+        }
+        return wanted;
     }
 
     void note(const Progress& progress) {
@@ -197,6 +220,7 @@ private:
     const ScribeOptions& options_;
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     ProgressPrinter printer_;
+    TerminalKeys keys_;
     std::unique_ptr<RunFolder> folder_;
     ScribeInput input_;
     VerificationTable table_;

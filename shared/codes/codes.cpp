@@ -97,6 +97,8 @@ constexpr std::array kRows{
         "report this: the stream does not match its job"),
     row(Refusal::bad_config, "bad_config", "a parameter is not a number or out of its range", "correct the parameter"),
     row(Refusal::fault_present, "fault_present", "the cause of a fault is still there", "remove it, then reset again"),
+    row(Refusal::bad_override, "bad_override", "the feed override is not within 10..200 %",
+        "use 10..200; to stop on the path, hold"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),

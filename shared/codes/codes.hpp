@@ -63,6 +63,7 @@ enum class Refusal : std::uint16_t {
     too_many_points = 124,
     bad_config = 125,
     fault_present = 126,
+    bad_override = 127,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -25,6 +25,10 @@ struct Bytes {
     std::uint8_t size = 0;
 };
 
+/// Feed override, percent.
+inline constexpr std::uint8_t kMinOverride = 10;
+inline constexpr std::uint8_t kMaxOverride = 200;
+
 enum class Verb : std::uint8_t {
     enable = 1,  ///< power the axes
     disable = 2,
@@ -36,8 +40,9 @@ enum class Verb : std::uint8_t {
     resume = 8,
     abort = 9,  ///< stop on the path, drop the job
     reset_fault = 10,
-    jog = 11,   ///< arg0 axis, arg1 distance (wire units), arg2 speed (µm/s; C: 1e-3 °/s)
-    stop = 12,  ///< stop a jog or a homing
+    jog = 11,           ///< arg0 axis, arg1 distance (wire units), arg2 speed (µm/s; C: 1e-3 °/s)
+    stop = 12,          ///< stop a jog or a homing
+    set_override = 13,  ///< arg0: feed of paths in percent of the programmed one, kMinOverride..kMaxOverride; any state
 };
 
 // --- host to controller -------------------------------------------------------------------------------------------
@@ -228,12 +233,14 @@ struct Status {
     std::uint32_t messages_lost = 0;       ///< gaps in the message counter
     std::uint32_t items_repeated = 0;      ///< items that had arrived before
     std::uint32_t starvations = 0;
+    std::uint8_t override_percent = 100;  ///< feed override in force
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("cell_time_us", m.cell_time_us), v("state", m.state), v("faults", m.faults), v("first_fault", m.first_fault);
         v("first_fault_axis", m.first_fault_axis), v("limited_by", m.limited_by), v("flags", m.flags);
         v("actual", m.actual), v("pulses_total", m.pulses_total), v("frames_bad", m.frames_bad);
         v("messages_lost", m.messages_lost), v("items_repeated", m.items_repeated), v("starvations", m.starvations);
+        v("override_percent", m.override_percent);
     }
 };
 enum StatusFlag : std::uint8_t {

@@ -351,6 +351,38 @@ TEST(Planner, IsLateOnABoardThatGivesItNoTime) {
     EXPECT_FALSE(in_time);
 }
 
+TEST(Controller, TakesAFeedOverrideWithinItsRangeAndTellsIt) {
+    CellRig rig;
+    rig.connect();
+    const auto told = [&](int percent) {
+        return rig.until([&] { return rig.status().override_percent == percent; }, 100);
+    };
+    EXPECT_TRUE(told(100));
+    for (const int percent : {10, 200, 75}) {
+        EXPECT_EQ(rig.command(link::Verb::set_override, percent).refusal, 0);
+        EXPECT_TRUE(told(percent));
+    }
+    for (const int percent : {-1, 0, 9, 201, 331}) {
+        const auto reply = rig.command(link::Verb::set_override, percent);
+        EXPECT_EQ(reply.refusal, static_cast<std::uint16_t>(Refusal::bad_override)) << percent;
+        EXPECT_EQ(reply.detail, percent);
+    }
+    EXPECT_TRUE(told(75)) << "a refused override changes nothing";
+}
+
+TEST(Controller, SaysThatAHoldIsWhatStopsIt) {
+    CellRig rig;
+    start_short_job(rig);
+    ASSERT_TRUE(rig.until_state(State::marking));
+    ASSERT_EQ(rig.command(link::Verb::hold).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::held, 5000));
+    rig.ticks(50);
+    EXPECT_EQ(rig.status().limited_by, static_cast<std::uint8_t>(LimitedBy::override_zero));
+    ASSERT_EQ(rig.command(link::Verb::resume).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return rig.status().state == static_cast<std::uint8_t>(State::marking); }, 5000));
+    EXPECT_NE(rig.status().limited_by, static_cast<std::uint8_t>(LimitedBy::override_zero));
+}
+
 TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
     struct Case {
         std::function<void(std::vector<Item>&)> spoil;
@@ -368,6 +400,7 @@ TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
         {[](auto& items) { std::get<PathBegin>(items[1]).energy_nj = 9'000'000; }, Refusal::bad_energy, 1},
         {[](auto& items) { items[3] = items[2]; }, Refusal::path_too_short, 4},
         {[](auto& items) { items.insert(items.begin() + 1, PathEnd{}); }, Refusal::item_out_of_order, 1},
+        {[](auto& items) { items.insert(items.begin() + 3, Turn{100'000}); }, Refusal::c_motion_in_path, 3},
     };
     for (const Case& c : cases) {
         std::vector<Item> items = short_job();

@@ -142,6 +142,11 @@ TEST(BadUsage, EndsWithTwoAndSaysSo) {
         {"jog", "--axis", "X", "--distance-deg", "1"},
         {"jog", "--axis", "C", "--distance-mm", "1"},
         {"jog", "--axis", "X", "--distance-mm", "1", "--speed-mm-s", "-1"},
+        {"override", "50"},
+        {"override", "9", "--link", "tcp:127.0.0.1:1"},
+        {"override", "201", "--link", "tcp:127.0.0.1:1"},
+        {"override", "50", "--link", "sim:"},
+        {"scribe", "--override", "0"},
         {"monitor", "--link", "can0"},
         {"cell", "--pty", "--tcp", "0"},
         {"cell", "--world", "no_world.toml"},
@@ -159,7 +164,7 @@ TEST(BadUsage, EndsWithTwoAndSaysSo) {
 }
 
 TEST(Help, EverySubcommandHasExamples) {
-    for (const char* name : {"scribe", "cell", "jog", "monitor", "doctor", "version", "bench"}) {
+    for (const char* name : {"scribe", "cell", "jog", "override", "monitor", "doctor", "version", "bench"}) {
         Program program("scribecell", {name, "--help"});
         EXPECT_EQ(program.wait(), 0);
         EXPECT_NE(program.out().find("Examples:"), std::string::npos) << name;

@@ -139,6 +139,7 @@ void FakeCell::say_status() {
     status.flags = static_cast<std::uint8_t>((homed ? link::kFlagHomed : 0) | (job_done_ ? link::kFlagJobDone : 0));
     status.pulses_total = fired;
     status.items_repeated = repeated;
+    status.override_percent = static_cast<std::uint8_t>(override_percent);
     say(status);
 }
 
@@ -198,6 +199,7 @@ Refusal FakeCell::carry_out(const link::Command& command) {
         case link::Verb::resume: state = hellos > 0 ? State::running : state; break;
         case link::Verb::abort: state = State::armed; break;
         case link::Verb::reset_fault: state = State::disabled; break;
+        case link::Verb::set_override: override_percent = command.arg0; break;
         case link::Verb::jog:
         case link::Verb::stop: break;
     }

@@ -66,6 +66,7 @@ public:
     int jobs_opened = 0;
     std::vector<HostTime> heartbeats;
     link::SetCompensation compensation;
+    std::int32_t override_percent = 100;
 
 private:
     struct Parcel {

@@ -50,6 +50,22 @@ TEST(Streamer, EachItemIsTakenOnceOverABadLink) {
     }
 }
 
+TEST(Streamer, SetsTheOverrideThatIsWantedOnceAndStreamsOn) {
+    const std::vector<Item> items = example_items(10, 30);
+    FakeCell cell;
+    Started started(cell, items);
+    StreamOptions options;
+    options.wanted_override = [&](std::uint8_t percent) -> std::optional<std::uint8_t> {
+        EXPECT_TRUE(percent == 100 || percent == 60);
+        return cell.fired > items.size() / 2 ? std::optional<std::uint8_t>(60) : std::nullopt;
+    };
+    Streamer streamer(started.client, job_of(items), options, nullptr);
+    streamer.run();
+    EXPECT_EQ(cell.override_percent, 60);
+    EXPECT_EQ(cell.done[link::Verb::set_override], 1);
+    EXPECT_EQ(cell.taken, items);
+}
+
 TEST(Streamer, AnyBlockSizeGivesTheSameItems) {
     const std::vector<Item> items = example_items(3, 50);
     for (const std::uint32_t size : {1U, 2U, 7U, 64U, 255U, 100000U}) {

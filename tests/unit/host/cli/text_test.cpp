@@ -6,6 +6,7 @@
 #include "host/cli/doctor_checks.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/monitor_text.hpp"
+#include "host/cli/override_keys.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/scribe_input.hpp"
 #include "host/formats/error.hpp"
@@ -20,6 +21,18 @@ TEST(ClockText, RoundsUpToWholeSeconds) {
     EXPECT_EQ(clock_text(std::chrono::seconds(61)), "1:01");
     EXPECT_EQ(clock_text(std::chrono::seconds(3600 + 125)), "1:02:05");
     EXPECT_EQ(clock_text(Nanoseconds(-5)), "0:00");
+}
+
+TEST(OverrideKeys, StepWithinWhatACellTakes) {
+    EXPECT_EQ(override_after('+', 100), std::uint8_t{110});
+    EXPECT_EQ(override_after('=', 195), std::uint8_t{200});
+    EXPECT_EQ(override_after('+', 200), std::uint8_t{200});
+    EXPECT_EQ(override_after('-', 100), std::uint8_t{90});
+    EXPECT_EQ(override_after('-', 15), std::uint8_t{10});
+    EXPECT_EQ(override_after('0', 30), std::uint8_t{100});
+    for (const char key : {'q', ' ', '\n', '1'}) {
+        EXPECT_FALSE(override_after(key, 100).has_value());
+    }
 }
 
 TEST(MissingPackages, FindsWhatIsNotInstalledOrWasRemoved) {
