@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/trajectory/timing.hpp"
 
-#include <tuple>
-
 #include "firmware/trajectory/place.hpp"
 #include "shared/math/scalar.hpp"
 
@@ -14,34 +12,6 @@ constexpr double kJerkShare = 0.988;
 constexpr double kRounding = 1e-11;  ///< of a bound on u
 constexpr std::uint32_t kMostCuts = 64;
 constexpr double kLeastShare = 0.15;  ///< of the guess, below which b is not let fall
-
-/// b·B + c·C + u·U ≤ R
-struct Row {
-    double b = 0.0;
-    double c = 0.0;
-    double u = 0.0;
-    double r = 0.0;
-};
-
-/// Rows by the sign of U: above, below and free of u.
-struct Rows {
-    std::array<Row, 48> above;
-    std::array<Row, 48> below;
-    std::array<Row, 16> level;
-    std::uint32_t above_count = 0;
-    std::uint32_t below_count = 0;
-    std::uint32_t level_count = 0;
-
-    void add(const Row& row) noexcept {
-        if (row.u > 0.0) {
-            above[above_count++] = row;
-        } else if (row.u < 0.0) {
-            below[below_count++] = row;
-        } else if (level_count < level.size()) {
-            level[level_count++] = row;
-        }
-    }
-};
 
 /// The next state must lie in `set`: each edge of it as a row in the state of this node.
 void add_set_rows(const StoredPolygon& set, double h, Rows& rows) noexcept {
@@ -73,6 +43,7 @@ void add_jerk_rows(const Node& node, std::size_t k, double x, double guess, doub
 }
 
 void fill(const Limits& limits, const Node& node, const Node& next, Rows& rows) noexcept {
+    rows.clear();
     add_set_rows(next.set, node.h, rows);
     // The middle Bernstein coefficient of b over the cell: with it b stays above zero between the nodes too.
     rows.add({-1.0, -0.5 * node.h, 0.0, -kLeastShare * smaller(node.guess, next.guess)});
@@ -87,14 +58,6 @@ void fill(const Limits& limits, const Node& node, const Node& next, Rows& rows) 
     }
 }
 
-/// The bound on u that a row gives at (b, c) is constant + by_b·b + by_c·c.
-struct Bound {
-    double constant = 0.0;
-    double by_b = 0.0;
-    double by_c = 0.0;
-    [[nodiscard]] double at(double b, double c) const noexcept { return constant + by_b * b + by_c * c; }
-};
-
 Bound bound_of(const Row& row) noexcept {
     const double r = 1.0 / row.u;
     return {row.r * r, -row.b * r, -row.c * r};
@@ -103,9 +66,11 @@ Bound bound_of(const Row& row) noexcept {
 /// Keeps the states for which some u fulfils all rows. The difference of the greatest lower and the least upper bound
 /// is convex, so it is enough to look at the vertices: one that has no u is cut off by the pair of rows that leaves
 /// none (written without divisions). Cost: each vertex once, and a cut for each edge of the result.
-void eliminate(const Rows& rows, Polygon& set) noexcept {
-    std::array<Bound, std::tuple_size_v<decltype(Rows::above)>> upper;
-    std::array<Bound, std::tuple_size_v<decltype(Rows::below)>> lower;
+void eliminate(Workspace& workspace) noexcept {
+    const Rows& rows = workspace.rows;
+    auto& upper = workspace.upper;
+    auto& lower = workspace.lower;
+    Polygon& set = workspace.set;
     for (std::uint32_t i = 0; i < rows.above_count; ++i) {
         upper[i] = bound_of(rows.above[i]);
     }
@@ -197,28 +162,28 @@ void clip_state(const Limits& limits, const Node& node, Polygon& set) noexcept {
     }
 }
 
-bool backward_step(const Limits& limits, Node& node, const Node& next) noexcept {
-    Rows rows;
+bool backward_step(const Limits& limits, Node& node, const Node& next, Workspace& workspace) noexcept {
+    Rows& rows = workspace.rows;
     fill(limits, node, next, rows);
     double fastest = 0.0;
     for (const double a : limits.acceleration) {
         fastest = larger(fastest, a);
     }
-    Polygon set;
+    Polygon& set = workspace.set;
     set.box(node.cap, 20.0 * fastest);
     set.clip(-1.0, 0.0, -kLeastShare * node.guess);
     clip_state(limits, node, set);
     for (std::uint32_t i = 0; i < rows.level_count; ++i) {
         set.clip(rows.level[i].b, rows.level[i].c, rows.level[i].r);
     }
-    eliminate(rows, set);
+    eliminate(workspace);
     set.simplify(StoredPolygon::kCapacity);
     node.set.store(set);
     return set.count >= 3;
 }
 
-bool forward_step(const Limits& limits, const Node& node, Node& next) noexcept {
-    Rows rows;
+bool forward_step(const Limits& limits, const Node& node, Node& next, Workspace& workspace) noexcept {
+    Rows& rows = workspace.rows;
     fill(limits, node, next, rows);
     const double b = node.trial_b;
     const double c = node.trial_c;

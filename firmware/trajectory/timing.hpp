@@ -46,11 +46,56 @@ struct Node {
 /// `slowing`: c < 0. Thin, because it is a line; the caller puts the state on the line.
 [[nodiscard]] Polygon ramp_set(double length, double jerk, bool slowing) noexcept;
 
+/// b·B + c·C + u·U ≤ R
+struct Row {
+    double b = 0.0;
+    double c = 0.0;
+    double u = 0.0;
+    double r = 0.0;
+};
+
+/// Rows by the sign of U: above, below and free of u.
+struct Rows {
+    std::array<Row, 48> above;
+    std::array<Row, 48> below;
+    std::array<Row, 16> level;
+    std::uint32_t above_count = 0;
+    std::uint32_t below_count = 0;
+    std::uint32_t level_count = 0;
+
+    void clear() noexcept { above_count = below_count = level_count = 0; }
+    void add(const Row& row) noexcept {
+        if (row.u > 0.0) {
+            above[above_count++] = row;
+        } else if (row.u < 0.0) {
+            below[below_count++] = row;
+        } else if (level_count < level.size()) {
+            level[level_count++] = row;
+        }
+    }
+};
+
+/// The bound on u that a row gives at (b, c) is constant + by_b·b + by_c·c.
+struct Bound {
+    double constant = 0.0;
+    double by_b = 0.0;
+    double by_c = 0.0;
+    [[nodiscard]] double at(double b, double c) const noexcept { return constant + by_b * b + by_c * c; }
+};
+
+/// Scratch of a step, so that it is on no stack. Nothing in it outlives a call: one for all plans of a context.
+struct Workspace {
+    Rows rows;
+    std::array<Bound, 48> upper;
+    std::array<Bound, 48> lower;
+    Polygon set;
+};
+
 /// Set of `node` from that of `next`. False if it is empty. Cost: some 200 clips.
-[[nodiscard]] bool backward_step(const Limits& limits, Node& node, const Node& next) noexcept;
+[[nodiscard]] bool backward_step(const Limits& limits, Node& node, const Node& next, Workspace& workspace) noexcept;
 
 /// From the trial state of `node` to that of `next`. False if no state with b > 0 is found.
-[[nodiscard]] bool forward_step(const Limits& limits, const Node& node, Node& next) noexcept;
+[[nodiscard]] bool forward_step(const Limits& limits, const Node& node, Node& next, Workspace& workspace) noexcept;
 
 /// Limits of state at a node only: speed and acceleration.
 void clip_state(const Limits& limits, const Node& node, Polygon& set) noexcept;

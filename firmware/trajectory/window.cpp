@@ -198,7 +198,7 @@ void WindowPlanner::backward(const Limits& limits, Ring<Node>& nodes) noexcept {
     if (cursor_ == target_) {
         nodes[target_].set.store(ramp_set(target_length_, target_jerk_, true));
         ++counts_.passes;
-    } else if (!backward_step(limits, nodes[cursor_], nodes[cursor_ + 1])) {
+    } else if (!backward_step(limits, nodes[cursor_], nodes[cursor_ + 1], workspace_)) {
         sound_ = false;
         again(limits, nodes);
         return;
@@ -228,7 +228,7 @@ void WindowPlanner::begin_forward(Ring<Node>& nodes) noexcept {
 }
 
 void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
-    if (!forward_step(limits, nodes[cursor_], nodes[cursor_ + 1])) {
+    if (!forward_step(limits, nodes[cursor_], nodes[cursor_ + 1], workspace_)) {
         sound_ = false;
         again(limits, nodes);
         return;

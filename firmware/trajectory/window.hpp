@@ -99,6 +99,7 @@ private:
     std::uint32_t commit_ = 0;
     bool crawling_ = false;
     WindowCounts counts_;
+    Workspace workspace_;
 };
 
 }  // namespace sc::trajectory
