@@ -30,24 +30,23 @@ std::uint32_t first_new(std::uint32_t known, std::uint32_t first, std::uint32_t 
 
 }  // namespace
 
+void InnerHash::add_pieces(const trajectory::Ring<motion::Piece>& pieces, std::uint32_t& known) {
+    for (std::uint32_t n = first_new(known, pieces.first(), pieces.end()); n < pieces.end(); ++n) {
+        const motion::Piece& p = pieces[n];
+        add_numbers(hash_, {p.start, p.duration});
+        for (const trajectory::Quintic& axis : p.axis) {
+            add_numbers(hash_, axis);
+        }
+        add_numbers(hash_, p.distance);
+    }
+    known = pieces.end();
+}
+
 void InnerHash::add(const Controller& controller) {
-    const motion::Planner& planner = controller.runner().planner();
-    const motion::ElementRing& elements = planner.elements();
-    const motion::TimeLaw& law = planner.law();
-    add_numbers(hash_, {controller.runner().pulse_speed(), law.end_time()});
-    for (std::uint32_t n = first_new(elements_, elements.first(), elements.end()); n < elements.end(); ++n) {
-        const motion::Element& e = elements.at(n);
-        add_numbers(hash_, {e.start, e.length, e.distance, e.true_length, e.cap});
-        add_numbers(hash_, e.origin);
-        add_numbers(hash_, e.d1);
-        add_numbers(hash_, e.bend);
-    }
-    for (std::uint32_t n = first_new(pieces_, law.first(), law.published()); n < law.published(); ++n) {
-        const motion::Piece& p = law.at(n);
-        add_numbers(hash_, {p.t0, p.duration, p.tau0, p.v0, p.a0, p.j});
-    }
-    elements_ = elements.end();
-    pieces_ = law.published();
+    const motion::PathMotion& path = controller.runner().motion();
+    add_numbers(hash_, {controller.runner().pulse_speed(), path.rate()});
+    add_pieces(path.planner().pieces(), planned_);
+    add_pieces(path.made(), made_);
 }
 
 std::string InnerHash::hexadecimal() const {

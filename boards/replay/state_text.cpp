@@ -120,17 +120,18 @@ Json job_json(const Controller& controller) {
 }
 
 Json planner_json(const Controller& controller) {
-    const motion::Planner& planner = controller.runner().planner();
+    const motion::PathMotion& path = controller.runner().motion();
     const CodeText* limit = find_code(controller.runner().limited_by());
-    return {{"elements", planner.elements().end() - planner.elements().first()},
-            {"first_element", planner.elements().first()},
-            {"end_element", planner.elements().end()},
-            {"law_pieces", planner.law().published() - planner.law().first()},
-            {"law_ends_s", planner.law().end_time()},
-            {"path_closed", planner.builder().finished()},
-            {"all_planned", planner.complete()},
-            {"starved", planner.starved()},
-            {"stopped", planner.stopped()},
+    const auto& pieces = path.planner().pieces();
+    return {{"pieces", pieces.size()},
+            {"first_piece", pieces.first()},
+            {"end_piece", pieces.end()},
+            {"legs", path.legs()},
+            {"rate", path.rate()},
+            {"path_closed", path.has_last()},
+            {"all_planned", path.complete()},
+            {"starved", path.starved()},
+            {"stopped", path.stopped()},
             {"starvations_since_boot", controller.starvations()},
             {"limited_by",
              controller.runner().limited_by() == LimitedBy::none || limit == nullptr ? Json() : Json(limit->name)}};

@@ -9,7 +9,7 @@
 #include "boards/sim/board_figures.hpp"
 #include "firmware/controller/controller.hpp"
 #include "firmware/hal/io.hpp"
-#include "firmware/motion/planner.hpp"
+#include "firmware/motion/path_motion.hpp"
 #include "shared/machine/machine.hpp"
 
 namespace sc::sim {

@@ -11,6 +11,8 @@
 namespace sc {
 namespace {
 
+using trajectory::value;
+
 constexpr double kUnlimited = 1e30;
 /// Points keep this far from the ends of travel, so that compensation cannot push a set-point over them.
 constexpr double kTravelMargin = 0.2e-3;
@@ -31,10 +33,10 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept : machine_(machine),
         stage_limits_.acceleration[i] = machine.axis[i].acceleration;
         stage_limits_.jerk[i] = machine.axis[i].jerk;
     }
-    galvo_limits_.speed.fill(kUnlimited);
-    galvo_limits_.acceleration.fill(kUnlimited);
-    galvo_limits_.jerk.fill(kUnlimited);
-    for (const std::size_t mirror : {kX, kZ}) {
+    path_limits_ = stage_limits_;
+    path_limits_.speed[kC] = path_limits_.acceleration[kC] = path_limits_.jerk[kC] = 0.0;
+    // Depth goes with the mirrors' path.
+    for (const std::size_t mirror : {kX, kY, kZ}) {
         galvo_limits_.speed[mirror] = machine.galvo.speed.si();
         galvo_limits_.acceleration[mirror] = machine.galvo.acceleration.si();
         galvo_limits_.jerk[mirror] = machine.galvo.jerk.si();
@@ -68,7 +70,7 @@ void JobRunner::start_job() noexcept {
 }
 
 void JobRunner::drop() noexcept {
-    planner_.open({});
+    (void)motion_.open({});
     phase_ = Phase::idle;
     stopping_ = waiting_ = path_closed_ = false;
     refusal_ = {};
@@ -153,10 +155,10 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     pulses.prr_min = machine_.laser.prr_min.si();
     pulses.prr_nominal = machine_.laser.prr_nominal.si();
     pulses.power = machine_.laser.power.si();
-    motion::PathSpec spec;
+    trajectory::Spec spec;
     spec.speed = static_cast<double>(begin.speed_um_s) * 1e-6;
     spec.tolerance = static_cast<double>(begin.tolerance_nm) * 1e-9;
-    spec.limits = begin.actuator == Actuator::galvo ? galvo_limits_ : stage_limits_;
+    spec.limits = begin.actuator == Actuator::galvo ? galvo_limits_ : path_limits_;
     const double fastest = begin.actuator == Actuator::galvo ? machine_.galvo.speed.si() : machine_.axis[kX].speed;
     if (!(spec.speed >= pulses.speed_min && spec.speed <= fastest)) {
         refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
@@ -170,9 +172,12 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     if (begin.actuator == Actuator::galvo) {
         (void)in_travel({metres(begin.anchor_x), metres(begin.anchor_y), metres(begin.anchor_z), place_[kC]}, item);
     }
-    planner_.open(spec);
     placer_.open(pulses);
-    hint_ = 0;
+    motion_.set_override(override_share());
+    if (!motion_.open(spec)) {
+        refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
+    }
+    cursor_ = {};
     path_closed_ = false;
     end_checked_ = false;
     phase_ = Phase::open_path;
@@ -192,11 +197,11 @@ void JobRunner::add_point(const PathPoint& point, std::uint32_t item) noexcept {
     } else {
         (void)in_travel(place, item);
     }
-    planner_.add(place, item);
+    motion_.add(place, item);
 }
 
 void JobRunner::feed(ItemQueue& items) noexcept {
-    while (!path_closed_ && planner_.wants_points()) {
+    while (!path_closed_ && motion_.wants_points()) {
         const Item* front = items.front();
         if (front == nullptr || refusal_.refusal != Refusal::none) {
             return;
@@ -207,7 +212,7 @@ void JobRunner::feed(ItemQueue& items) noexcept {
         } else if (std::holds_alternative<PathEnd>(*front)) {
             path_closed_ = true;
             path_end_item_ = item;
-            planner_.finish();
+            motion_.finish();
         } else {
             const bool turns = std::holds_alternative<Turn>(*front);
             refuse(turns ? Refusal::c_motion_in_path : Refusal::item_out_of_order, item, turns ? Axis::c : Axis::x,
@@ -220,13 +225,12 @@ void JobRunner::feed(ItemQueue& items) noexcept {
 }
 
 void JobRunner::check_end() noexcept {
-    if (planner_.too_short()) {
+    if (motion_.too_short()) {
         refuse(Refusal::path_too_short, path_end_item_, Axis::x, 0.0);
-    } else if (planner_.builder().finished() && !end_checked_) {
+    } else if (motion_.has_last() && !end_checked_) {
         end_checked_ = true;
-        const motion::ElementRing& ring = planner_.elements();
         if (path_.actuator == Actuator::axes) {
-            (void)in_travel(ring.at(ring.end() - 1).place(ring.tau()), path_end_item_);
+            (void)in_travel(motion_.last(), path_end_item_);
         }
     }
 }
@@ -247,7 +251,7 @@ void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept 
 }
 
 void JobRunner::begin_travel() noexcept {
-    motion::Place to = planner_.builder().start();
+    motion::Place to = motion_.start();
     if (path_.actuator == Actuator::galvo) {
         to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
     } else if (!in_travel(to, items_taken_ - 1)) {
@@ -265,7 +269,7 @@ void JobRunner::begin_travel() noexcept {
 void JobRunner::begin_jump() noexcept {
     motion::Place to{};
     if (path_.actuator == Actuator::galvo) {
-        const motion::Place& start = planner_.builder().start();
+        const motion::Place& start = motion_.start();
         to = {start[kX] - metres(path_.anchor_x), 0.0, start[kZ] - metres(path_.anchor_z), 0.0};
     }
     move_.begin({field_x_, 0.0, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
@@ -291,7 +295,7 @@ void JobRunner::move_done() noexcept {
             break;
         }
         case Phase::travel_across: {
-            motion::Place to = planner_.builder().start();
+            motion::Place to = motion_.start();
             if (path_.actuator == Actuator::galvo) {
                 to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
             }
@@ -374,7 +378,7 @@ void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out
     const std::int64_t lag = light_lag_ns();
     const std::int64_t from = t_ns - lag;
     const std::int64_t act = (phase_tick_ + 1) * machine_.control_period_ns + lag;
-    placer_.place(planner_, from, from + machine_.control_period_ns, act, out);
+    placer_.place(motion_, from, from + machine_.control_period_ns, act, out);
     if (out.laser_size > 0) {
         const double period = exact_double(out.laser[0].period_ns256) / 256e9;
         pulse_speed_ = period > 0.0 ? static_cast<double>(path_.pitch_nm) * 1e-9 / period : 0.0;
@@ -393,20 +397,18 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
     double k = 0.0;
     std::size_t frame = 0;
     while (frame < kGalvoFramesPerTick) {
-        const motion::Segment segment = planner_.segment(t + k * period, hint_);
-        const motion::Element& element = *segment.element;
-        const double from_x = element.origin[kX] - anchor[kX];
-        const double from_z = element.origin[kZ] - anchor[kZ];
+        const motion::Segment segment = motion_.segment(t + k * period, cursor_);
+        const trajectory::Quintic& path_x = segment.piece->axis[kX];
+        const trajectory::Quintic& path_z = segment.piece->axis[kZ];
         // Frames before the segment's end, at least this one.
         const double left = clamped((segment.end - t) / period - k, 1.0, static_cast<double>(kGalvoFramesPerTick));
         const auto whole = static_cast<std::uint32_t>(left);
         const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
         const std::size_t last = std::min<std::size_t>(frame + count, kGalvoFramesPerTick);
         for (; frame < last; ++frame) {
-            const double way = segment.way(t + k * period);
-            const double bent = element.bent(way);
-            x = from_x + (element.d1[kX] * way + element.bend[kX] * bent);
-            z = from_z + (element.d1[kZ] * way + element.bend[kZ] * bent);
+            const double at = segment.x(t + k * period);
+            x = value(path_x, at) - anchor[kX];
+            z = value(path_z, at) - anchor[kZ];
             galvo_frame(frame, x, z, out);
             k = k + 1.0;
         }
@@ -422,23 +424,23 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
         return;
     }
     const double t = seconds(since);
-    const motion::MotionState state = planner_.state(t, hint_);
-    limited_by_ = planner_.stopped() ? LimitedBy::starved : planner_.elements().at(state.element).limited;
+    const motion::Segment segment = motion_.segment(t, cursor_);
+    limited_by_ = motion_.stopped() ? LimitedBy::starved : rate_held_ ? LimitedBy::pulse_rate : segment.piece->limited;
     if (path_.actuator == Actuator::galvo) {
         galvo_path(t, out);
     } else {
-        const motion::Place beam = planner_.place(state);
+        const motion::Place beam = segment.piece->place(segment.x(t));
         place_ = {beam[kX], beam[kY], beam[kZ], place_[kC]};
         rest_ticks_ = 0;
         galvo_still(out);
     }
     place_pulses(since * machine_.control_period_ns, may_mark, out);
     const double lag = exact_double(light_lag_ns()) * 1e-9;
-    planner_.forget_before(t - lag - seconds(2));
-    const bool drained = t > planner_.law().end_time() + lag + seconds(kDrainTicks);
-    if (planner_.stopped() && drained) {
+    motion_.forget_before(t - lag - seconds(2));
+    const bool drained = t > motion_.end_time() + lag + seconds(kDrainTicks);
+    if (motion_.stopped() && drained) {
         at_rest_ = true;
-    } else if (planner_.complete() && drained) {
+    } else if (motion_.complete() && drained) {
         finish_path();
     }
 }
@@ -448,6 +450,21 @@ void JobRunner::finish_path() noexcept {
     phase_ = Phase::next_item;
     path_closed_ = false;
     at_rest_ = stopping_;
+}
+
+double JobRunner::override_share() noexcept {
+    const double wanted = static_cast<double>(feed_override_percent_) * 0.01;
+    const double speed = static_cast<double>(path_.speed_um_s) * 1e-6;
+    const double fastest = static_cast<double>(path_.pitch_nm) * 1e-9 * machine_.laser.prr_nominal.si();
+    const double slowest = machine_.laser.mark_speed_min.si();
+    const double share = larger(smaller(wanted * speed, fastest), smaller(speed, 1.01 * slowest));
+    rate_held_ = wanted * speed > fastest;
+    return speed > 0.0 ? share / speed : 1.0;
+}
+
+void JobRunner::set_feed_override(std::uint8_t percent) noexcept {
+    feed_override_percent_ = percent;
+    motion_.set_override(override_share());
 }
 
 // --- the tick
@@ -466,7 +483,7 @@ void JobRunner::request_stop() noexcept {
         case Phase::jump:
         case Phase::end_retract:
         case Phase::jog: move_.stop(seconds(tick_ + 1 - phase_tick_)); break;
-        case Phase::path: planner_.request_stop(); break;
+        case Phase::path: motion_.request_stop(); break;
         case Phase::idle:
         case Phase::next_item:
         case Phase::open_path:
@@ -494,8 +511,8 @@ void JobRunner::resume() noexcept {
         case Phase::end_retract: begin_stage_move(target_, phase_); break;
         case Phase::jump: begin_jump(); break;
         case Phase::path:
-            if (planner_.stopped()) {
-                planner_.request_resume(placer_.next_distance(planner_));
+            if (motion_.stopped()) {
+                motion_.request_resume(placer_.next_distance(motion_));
             }
             break;
         case Phase::idle:
@@ -517,14 +534,14 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         ++rest_ticks_;
     }
     const std::int64_t since = phase_ == Phase::path && tick > phase_tick_ ? tick - phase_tick_ : 0;
-    const bool in_time = planner_.tick(tick, seconds(since), seconds(1));
+    const bool in_time = motion_.tick(seconds(since), seconds(1));
     const bool path_open = phase_ == Phase::open_path || phase_ == Phase::travel_across || phase_ == Phase::travel_in ||
                            phase_ == Phase::jump || phase_ == Phase::settle || phase_ == Phase::await_plan ||
                            phase_ == Phase::path;
     if (path_open) {
         check_end();
         feed(items);
-        planned_ = planner_.planned_item() > planned_ ? planner_.planned_item() : planned_;
+        planned_ = motion_.planned_item() > planned_ ? motion_.planned_item() : planned_;
     }
     const bool refused = refusal_.refusal != Refusal::none;
     switch (phase_) {
@@ -545,7 +562,7 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
             galvo_still(out);
             at_rest_ = stopping_;
             waiting_ = items.empty();
-            if (!stopping_ && !refused && planner_.builder().has_start()) {
+            if (!stopping_ && !refused && motion_.has_start()) {
                 begin_travel();
             }
             break;
@@ -559,8 +576,8 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::await_plan:
             galvo_still(out);
             at_rest_ = stopping_;
-            waiting_ = !planner_.ready(seconds(1));
-            if (!stopping_ && !refused && planner_.ready(seconds(1))) {
+            waiting_ = !motion_.ready();
+            if (!stopping_ && !refused && motion_.ready()) {
                 phase_ = Phase::path;
                 phase_tick_ = tick + 1;
             }

@@ -7,7 +7,7 @@
 #include "firmware/laser/pulse_placer.hpp"
 #include "firmware/laser/xy2_100.hpp"
 #include "firmware/motion/move.hpp"
-#include "firmware/motion/planner.hpp"
+#include "firmware/motion/path_motion.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/path/item.hpp"
@@ -54,7 +54,7 @@ public:
 
     /// Feed override, 10..200 % of the programmed speed of paths (the controller has checked it); 100 at the start.
     /// Kept from job to job. Any time.
-    void set_feed_override(std::uint8_t percent) noexcept { feed_override_percent_ = percent; }
+    void set_feed_override(std::uint8_t percent) noexcept;
     [[nodiscard]] std::uint8_t feed_override_percent() const noexcept { return feed_override_percent_; }
 
     void start_job() noexcept;
@@ -69,7 +69,7 @@ public:
 
     /// Set-points, galvo frames and, if `may_mark`, pulses of this tick. False: the planner was late.
     [[nodiscard]] bool step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOutputs& out) noexcept;
-    void work(std::uint32_t units) noexcept { planner_.work(units); }
+    void work(std::uint32_t units) noexcept { motion_.work(units); }
 
     [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
     /// On a path, from the start of its run-in to the last pulse's light.
@@ -77,8 +77,8 @@ public:
     [[nodiscard]] bool job_done() const noexcept { return phase_ == Phase::done; }
     [[nodiscard]] bool idle() const noexcept { return phase_ == Phase::idle; }
     /// Stopped by itself for want of points; and whether enough has come to go on.
-    [[nodiscard]] bool starved() const noexcept { return phase_ == Phase::path && planner_.starved(); }
-    [[nodiscard]] bool can_continue() const noexcept { return phase_ == Phase::path && planner_.can_continue(); }
+    [[nodiscard]] bool starved() const noexcept { return phase_ == Phase::path && motion_.starved(); }
+    [[nodiscard]] bool can_continue() const noexcept { return phase_ == Phase::path && motion_.can_continue(); }
     /// Running, nothing to do, and nothing in the queue.
     [[nodiscard]] bool waiting_for_items() const noexcept { return waiting_; }
     [[nodiscard]] const ItemRefusal& refusal() const noexcept { return refusal_; }
@@ -93,7 +93,7 @@ public:
     [[nodiscard]] double pulse_speed() const noexcept { return pulse_speed_; }
 
     [[nodiscard]] Phase phase() const noexcept { return phase_; }
-    [[nodiscard]] const motion::Planner& planner() const noexcept { return planner_; }
+    [[nodiscard]] const motion::PathMotion& motion() const noexcept { return motion_; }
     /// Settings of the present path, or the last.
     [[nodiscard]] const PathBegin& path() const noexcept { return path_; }
 
@@ -114,6 +114,8 @@ private:
     void path_step(bool may_mark, ServoOutputs& out) noexcept;
     void place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept;
     void finish_path() noexcept;
+    /// The override in force on this path, as the pulses allow it.
+    [[nodiscard]] double override_share() noexcept;
     void galvo_path(double t, ServoOutputs& out) noexcept;
     void galvo_still(ServoOutputs& out) const noexcept;
     void galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept;
@@ -123,8 +125,9 @@ private:
     MachineConfig machine_;
     Compensation compensation_;
     motion::AxisLimits stage_limits_;
+    motion::AxisLimits path_limits_;  ///< of the stage on a path: C stands
     motion::AxisLimits galvo_limits_;
-    motion::Planner planner_;
+    motion::PathMotion motion_;
     laser::FieldMap field_;
     laser::PulsePlacer placer_;
     motion::Move move_;
@@ -137,6 +140,7 @@ private:
     bool end_checked_ = false;  ///< and lies within the travel, with its run-out
     std::int64_t tick_ = 0;
     std::int64_t phase_tick_ = 0;  ///< tick at which the phase's time began
+    bool rate_held_ = false;       ///< by the source's greatest rate
     std::int64_t rest_ticks_ = 0;  ///< ticks since the stage last moved
     motion::Place place_{};        ///< commanded place of the axes in h, and C
     motion::Place target_{};       ///< where the present stage move was to end
@@ -154,7 +158,7 @@ private:
     double pulse_speed_ = 0.0;
     double jog_speed_ = 0.0;
     std::uint8_t feed_override_percent_ = 100;
-    std::uint32_t hint_ = 0;
+    motion::Cursor cursor_;
 };
 
 }  // namespace sc

@@ -8,6 +8,9 @@
 namespace sc::laser {
 namespace {
 
+using trajectory::rate;
+using trajectory::value;
+
 constexpr double kExact = 1e-12;  // m: the place of a pulse is solved to this, slowly
 /// m: so near, one step more leaves an error of the order (1e-9)² · acceleration / speed², below 1e-10 m.
 constexpr double kOneStepMore = 1e-9;
@@ -46,25 +49,25 @@ void PulsePlacer::open(const PulseSpec& spec) noexcept {
     per_pitch_ = 1.0 / spec.pitch;
 }
 
-bool PulsePlacer::done(const motion::Planner& planner) const noexcept { return next_ >= pulses_of(planner); }
+bool PulsePlacer::done(const motion::PathMotion& path) const noexcept {
+    return path.end_known() && next_ >= pulses_of(path);
+}
 
-std::uint32_t PulsePlacer::pulses_of(const motion::Planner& planner) const noexcept {
-    if (!planner.builder().finished()) {
-        return 0xFFFF'FFFFU;
-    }
-    const double marked = planner.builder().mark_end() + kEndSlack - planner.builder().mark_begin();
-    return static_cast<std::uint32_t>(clamped(marked / spec_.pitch, -1.0, 4e9) + 1.0);
+/// Pulses that surely lie within the marked part; all of them once its end is known.
+std::uint32_t PulsePlacer::pulses_of(const motion::PathMotion& path) const noexcept {
+    const double marked = path.mark_end() + kEndSlack - path.mark_begin();
+    return static_cast<std::uint32_t>(clamped(marked * per_pitch_, -1.0, 4e9) + 1.0);
 }
 
 PulsePlacer::Solved PulsePlacer::solve_slowly(const motion::Segment& segment, double length, double low,
                                               double high) noexcept {
     // The length rises with time over [low, high]: Newton, kept inside a shrinking bracket.
-    const motion::Element& element = *segment.element;
+    const trajectory::Quintic& distance = segment.piece->distance;
     double t = high;
     for (int i = 0;; ++i) {
-        const double way = segment.way(t);
-        const double speed = segment.speed(t) * element.stretch(way);
-        const double error = element.length_to(way) - length;
+        const double x = segment.x(t);
+        const double speed = segment.rate * rate(distance, x);
+        const double error = value(distance, x) - length;
         if (absolute(error) < kExact || i == kSlowSteps) {
             return {t, speed};
         }
@@ -80,12 +83,12 @@ PulsePlacer::Solved PulsePlacer::solve_slowly(const motion::Segment& segment, do
 PulsePlacer::Solved PulsePlacer::solve(const motion::Segment& segment, double length, double low,
                                        double guess) noexcept {
     // Newton; 1/speed is refined along with it instead of divided anew.
-    const motion::Element& element = *segment.element;
+    const trajectory::Quintic& distance = segment.piece->distance;
     double t = guess;
     for (int i = 0; i < kFastSteps; ++i) {
-        const double way = segment.way(t);
-        const double speed = segment.speed(t) * element.stretch(way);
-        const double error = element.length_to(way) - length;
+        const double x = segment.x(t);
+        const double speed = segment.rate * rate(distance, x);
+        const double error = value(distance, x) - length;
         slowness_ = slowness_ * (2.0 - speed * slowness_);
         t = t - error * slowness_;
         if (!(t >= low - kTimeSlack && t <= segment.end + kTimeSlack)) {
@@ -103,7 +106,6 @@ PulsePlacer::Solved PulsePlacer::solve(const motion::Segment& segment, double le
 
 PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double length, std::uint32_t count,
                                       double low) noexcept {
-    const motion::Element& element = *segment.element;
     const double pitch = spec_.pitch;
     const Solved first = solve(segment, length, low, last_time_ + pitch * slowness_);
     const double slope = pitch * slowness_;
@@ -125,7 +127,7 @@ PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double len
         g.t3 = (slope + end_slope - 2.0 * mean) * per_n * per_n;
         g.speed_change = (last.speed - first.speed) * per_n;
         const double middle = 0.5 * n;
-        const double error = element.length_to(segment.way(g.time(middle))) - (length + middle * pitch);
+        const double error = value(segment.piece->distance, segment.x(g.time(middle))) - (length + middle * pitch);
         if (tried == 2 || absolute(error) < kGroupError) {
             return g;
         }
@@ -178,22 +180,21 @@ bool PulsePlacer::trigger(const Group& group, std::uint32_t begin, std::uint32_t
 
 void PulsePlacer::write(const motion::Segment& segment, const Group& group, const Firing& firing,
                         ServoOutputs& out) noexcept {
-    const motion::Element& element = *segment.element;
+    const auto& axis = segment.piece->axis;
     PathPulse* pulse = &out.pulses[out.pulses_size];
     std::int64_t s_pm = pitch_pm_ * static_cast<std::int64_t>(next_);
     double n = 0.0;
     for (std::uint32_t i = 0; i < group.count; ++i) {
         const double t = group.time(n);
-        const double way = segment.way(t);
-        const double bent = element.bent(way);
+        const double x = segment.x(t);
         pulse->path = spec_.path;
         pulse->pass = spec_.pass;
         pulse->energy_code = static_cast<std::uint8_t>(firing.power);
         pulse->number = next_ + i;
         pulse->s_pm = s_pm;
-        pulse->place_pm = {nearest_within(element.axis(0, way, bent) * kPmPerMetre),
-                           nearest_within(element.axis(1, way, bent) * kPmPerMetre),
-                           nearest_within(element.axis(2, way, bent) * kPmPerMetre)};
+        pulse->place_pm = {nearest_within(value(axis[0], x) * kPmPerMetre),
+                           nearest_within(value(axis[1], x) * kPmPerMetre),
+                           nearest_within(value(axis[2], x) * kPmPerMetre)};
         pulse->t_ns = window_ns_ + nearest32_within((t - window_) * 1e9);
         s_pm += pitch_pm_;
         n = n + 1.0;
@@ -206,7 +207,7 @@ void PulsePlacer::write(const motion::Segment& segment, const Group& group, cons
 void PulsePlacer::place_group(const motion::Segment& segment, const Group& group, ServoOutputs& out) noexcept {
     const Firing first = rule_.at(group.speed, pick_);
     const Firing last = rule_.at(group.speed + static_cast<double>(group.count - 1) * group.speed_change, first.pick);
-    last_item_ = segment.element->item;
+    last_item_ = segment.piece->item;
     if (first.possible && last.possible && first.pick == last.pick && first.power == last.power) {
         pick_ = first.pick;
         std::uint32_t length = group.count;
@@ -237,10 +238,8 @@ void PulsePlacer::place_group(const motion::Segment& segment, const Group& group
 }
 
 void PulsePlacer::fill(const motion::Segment& segment, double low, double high, ServoOutputs& out) noexcept {
-    const motion::Element& element = *segment.element;
-    const double offset = mark_begin_ - element.distance;
-    const double length_at_end = element.length_to(segment.way(smaller(segment.end, high)));
-    const double behind = clamped((length_at_end - offset) * per_pitch_ + 1.0, 0.0, 4e9);
+    const double length_at_end = value(segment.piece->distance, segment.x(smaller(segment.end, high)));
+    const double behind = clamped((length_at_end - mark_begin_) * per_pitch_ + 1.0, 0.0, 4e9);
     std::uint32_t end = static_cast<std::uint32_t>(behind);
     end = end < pulses_ ? end : pulses_;
     while (next_ < end) {
@@ -249,32 +248,34 @@ void PulsePlacer::fill(const motion::Segment& segment, double low, double high, 
             return;
         }
         const std::uint32_t count = end - next_;
-        const double length = offset + static_cast<double>(next_) * spec_.pitch;
+        const double length = mark_begin_ + static_cast<double>(next_) * spec_.pitch;
         const Group g = group(segment, length, count < room ? count : static_cast<std::uint32_t>(room), low);
         low = last_time_;
         place_group(segment, g, out);
     }
 }
 
-void PulsePlacer::place(const motion::Planner& planner, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
+void PulsePlacer::place(const motion::PathMotion& path, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
                         ServoOutputs& out) noexcept {
     window_ns_ = from_ns;
     window_ = exact_double(from_ns) * 1e-9;
     act_ns_ = act_ns;
-    const double low = larger(larger(window_, last_time_), planner.rearm_time());
-    const double high = smaller(exact_double(to_ns) * 1e-9, planner.stop_time());
-    if (!(low < high) || planner.law().empty()) {
+    const double low = larger(larger(window_, last_time_), path.rearm_time());
+    const double high = smaller(exact_double(to_ns) * 1e-9, path.stop_time());
+    if (!(low < high)) {
         return;
     }
-    mark_begin_ = planner.builder().mark_begin();
-    pulses_ = pulses_of(planner);
-    motion::Segment segment = planner.segment(low, hint_);
-    while (segment.moving) {
-        fill(segment, larger(low, segment.begin), high, out);
+    mark_begin_ = path.mark_begin();
+    pulses_ = pulses_of(path);
+    motion::Segment segment = path.segment(low, cursor_);
+    while (segment.moving || segment.end < high) {
+        if (segment.moving) {
+            fill(segment, larger(low, segment.begin), high, out);
+        }
         if (segment.end >= high) {
             return;
         }
-        segment = planner.segment(segment.end, hint_);
+        segment = path.segment(segment.end, cursor_);
     }
 }
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "firmware/hal/io.hpp"
-#include "firmware/motion/planner.hpp"
+#include "firmware/motion/path_motion.hpp"
 #include "shared/math/scalar.hpp"
 
 /// Pulses at equal distance along the path. Pulse k of a pass belongs at mark begin + k · pitch; the time at which the
@@ -84,16 +84,16 @@ public:
     ///
     /// Pulses are placed in groups of up to 16: the first and the last are solved exactly, the times between them
     /// follow a cubic through both with their slopes, and a group whose middle is off by more than 1 nm is halved.
-    void place(const motion::Planner& planner, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
+    void place(const motion::PathMotion& path, std::int64_t from_ns, std::int64_t to_ns, std::int64_t act_ns,
                ServoOutputs& out) noexcept;
 
     [[nodiscard]] std::uint32_t next_pulse() const noexcept { return next_; }
     /// True distance along the path at which the next pulse belongs.
-    [[nodiscard]] double next_distance(const motion::Planner& planner) const noexcept {
-        return planner.builder().mark_begin() + static_cast<double>(next_) * spec_.pitch;
+    [[nodiscard]] double next_distance(const motion::PathMotion& path) const noexcept {
+        return path.mark_begin() + static_cast<double>(next_) * spec_.pitch;
     }
     /// Every pulse of the finished path has been placed.
-    [[nodiscard]] bool done(const motion::Planner& planner) const noexcept;
+    [[nodiscard]] bool done(const motion::PathMotion& path) const noexcept;
     /// Pulses passed over because the beam was slower than it may be.
     [[nodiscard]] std::uint32_t withheld() const noexcept { return withheld_; }
     /// Item of the point before the last pulse placed.
@@ -107,7 +107,7 @@ private:
     };
     [[nodiscard]] static Solved solve_slowly(const motion::Segment& segment, double length, double low,
                                              double high) noexcept;
-    [[nodiscard]] std::uint32_t pulses_of(const motion::Planner& planner) const noexcept;
+    [[nodiscard]] std::uint32_t pulses_of(const motion::PathMotion& path) const noexcept;
     /// All pulses on one segment before path time `high`.
     void fill(const motion::Segment& segment, double low, double high, ServoOutputs& out) noexcept;
     /// When the beam is at `length` on the segment, from a first guess; leaves slowness_ exact to a few parts in 1e9.
@@ -141,7 +141,7 @@ private:
     std::uint32_t last_item_ = 0;
     double last_time_ = 0.0;
     double slowness_ = 0.0;  ///< seconds a metre at the pulse that was solved last
-    std::uint32_t hint_ = 0;
+    motion::Cursor cursor_;
     std::uint32_t pick_ = 1;   ///< of the last pulse
     std::uint32_t group_ = 1;  ///< pulses that the next group tries
     // The window that is being filled.

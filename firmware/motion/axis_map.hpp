@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "firmware/motion/element.hpp"
+#include "firmware/trajectory/spec.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/math/scalar.hpp"
 
 /// Places in h to axis set-points and back, through the calibrated geometry. Context: servo step; some 30 operations.
 
 namespace sc::motion {
+
+using trajectory::Place;
 
 [[nodiscard]] constexpr Vec3 axes_from_h(const Compensation& compensation, const Vec3& place) noexcept {
     return compensation.axis_from_h * place + compensation.axis_offset;

@@ -22,23 +22,34 @@ void Move::begin(const Place& from, const Place& to, const AxisLimits& limits, d
     for (double& v : d) {
         v = v / length;
     }
-    line_ = make_line(from, d, length, speed, limits);
-    append(fastest_profile(0.0, 0.0, line_.cap, length, line_.limits), 0.0, 0.0, 0.0);
+    from_ = from;
+    direction_ = d;
+    limits_ = {1e30, 1e30};
+    double cap = speed;
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        const double share = absolute(d[i]);
+        if (share > 1e-12) {
+            cap = smaller(cap, limits.speed[i] / share);
+            limits_.acceleration = smaller(limits_.acceleration, limits.acceleration[i] / share);
+            limits_.jerk = smaller(limits_.jerk, limits.jerk[i] / share);
+        }
+    }
+    append(fastest_profile(0.0, 0.0, cap, length, limits_), 0.0, 0.0, 0.0);
 }
 
-void Move::append(const PhaseList& phases, double t, double tau, double v) noexcept {
-    for (std::size_t i = 0; i < phases.count && count_ < piece_.size(); ++i) {
-        Piece piece;
+void Move::append(const PhaseList& phases, double t, double way, double v) noexcept {
+    for (std::size_t i = 0; i < phases.count && count_ < stretch_.size(); ++i) {
+        Stretch piece;
         piece.t0 = t;
         piece.duration = phases.phase[i].duration;
-        piece.tau0 = tau;
+        piece.way0 = way;
         piece.v0 = v;
         piece.a0 = phases.phase[i].start_acceleration;
         piece.j = phases.phase[i].jerk;
         t = piece.end();
-        tau = piece.tau(t);
+        way = piece.way(t);
         v = piece.speed(t);
-        piece_[count_] = piece;
+        stretch_[count_] = piece;
         ++count_;
     }
     end_ = t;
@@ -46,48 +57,56 @@ void Move::append(const PhaseList& phases, double t, double tau, double v) noexc
 
 std::size_t Move::find(double t) const noexcept {
     std::size_t k = 0;
-    while (k + 1 < count_ && piece_[k].end() <= t) {
+    while (k + 1 < count_ && stretch_[k].end() <= t) {
         ++k;
     }
     return k;
+}
+
+Place Move::place(double way) const noexcept {
+    Place p = from_;
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        p[i] = p[i] + direction_[i] * way;
+    }
+    return p;
 }
 
 Place Move::at(double t) const noexcept {
     if (count_ == 0 || done(t)) {
         return end_place_;
     }
-    return line_.place(piece_[find(t)].tau(t));
+    return place(stretch_[find(t)].way(t));
 }
 
-double Move::speed(double t) const noexcept { return count_ == 0 || done(t) ? 0.0 : piece_[find(t)].speed(t); }
+double Move::speed(double t) const noexcept { return count_ == 0 || done(t) ? 0.0 : stretch_[find(t)].speed(t); }
 
 void Move::stop(double t) noexcept {
     if (count_ == 0 || done(t)) {
         return;
     }
     const std::size_t k = find(t);
-    const double a = piece_[k].acceleration(t);
+    const double a = stretch_[k].acceleration(t);
     if (a < -1e-9) {
         return;
     }
-    double tau = piece_[k].tau(t);
-    double v = piece_[k].speed(t);
+    double way = stretch_[k].way(t);
+    double v = stretch_[k].speed(t);
     count_ = k + 1;
-    piece_[k].duration = t - piece_[k].t0;
+    stretch_[k].duration = t - stretch_[k].t0;
     PhaseList phases;
     if (a > 1e-9) {
-        phases.add(a / line_.limits.jerk, -line_.limits.jerk, a);
-        append(phases, t, tau, v);
-        const Piece& ramp = piece_[count_ - 1];
+        phases.add(a / limits_.jerk, -limits_.jerk, a);
+        append(phases, t, way, v);
+        const Stretch& ramp = stretch_[count_ - 1];
         t = ramp.end();
-        tau = ramp.tau(t);
+        way = ramp.way(t);
         v = ramp.speed(t);
     }
     PhaseList braking;
-    braking.add_change(v, 0.0, line_.limits);
-    append(braking, t, tau, v);
-    const Piece& last = piece_[count_ - 1];
-    end_place_ = line_.place(last.tau(last.end()));
+    braking.add_change(v, 0.0, limits_);
+    append(braking, t, way, v);
+    const Stretch& last = stretch_[count_ - 1];
+    end_place_ = place(last.way(last.end()));
 }
 
 }  // namespace sc::motion

@@ -54,6 +54,9 @@ public:
     [[nodiscard]] std::uint32_t ready() const noexcept { return writer_.pieces().size(); }
     [[nodiscard]] const Piece& front() const noexcept { return writer_.pieces()[writer_.pieces().first()]; }
     void pop() noexcept { writer_.pieces().forget_before(writer_.pieces().first() + 1); }
+    /// The same by number, for a reader that looks back and ahead.
+    [[nodiscard]] const Ring<Piece>& pieces() const noexcept { return writer_.pieces(); }
+    [[nodiscard]] Ring<Piece>& pieces() noexcept { return writer_.pieces(); }
     /// All of a finished path is in pieces (which may still wait to be read).
     [[nodiscard]] bool complete() const noexcept { return stage_ == Stage::complete; }
 

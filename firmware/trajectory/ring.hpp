@@ -29,6 +29,8 @@ public:
         ++end_;
         return slot;
     }
+    /// Takes back what was pushed last, from `number` on.
+    void drop_from(std::uint32_t number) noexcept { end_ = number; }
     void forget_before(std::uint32_t number) noexcept {
         if (static_cast<std::int32_t>(number - first_) > 0) {
             first_ = static_cast<std::int32_t>(end_ - number) < 0 ? end_ : number;

@@ -7,8 +7,6 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kAccelerationShare = 0.998;
-constexpr double kJerkShare = 0.988;
 constexpr double kRounding = 1e-11;  ///< of a bound on u
 constexpr std::uint32_t kMostCuts = 64;
 constexpr double kLeastShare = 0.15;  ///< of the guess, below which b is not let fall

@@ -20,6 +20,10 @@
 
 namespace sc::trajectory {
 
+/// Of the limits that a node's share and room are shares of: the rest is for what quintics over a cell add.
+inline constexpr double kAccelerationShare = 0.998;
+inline constexpr double kJerkShare = 0.988;
+
 /// A node of the curve and the cell that begins there. s in scaled metres.
 struct Node {
     double s = 0.0;

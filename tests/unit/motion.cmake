@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 sc_test(unit_motion LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/profile_test.cpp
-          ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/element_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/move_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/xy2_100_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/pulse_placer_test.cpp

@@ -5,7 +5,7 @@
 
 #include "boards/mps2_an500/image/registers.hpp"
 #include "boards/mps2_an500/image/uart.hpp"
-#include "firmware/motion/planner.hpp"
+#include "firmware/motion/path_motion.hpp"
 #include "firmware/recording/io_image.hpp"
 
 namespace sc::mps2_an500 {

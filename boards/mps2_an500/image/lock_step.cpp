@@ -6,7 +6,7 @@
 #include "boards/mps2_an500/image/board_ram.hpp"
 #include "boards/mps2_an500/image/instruction_counter.hpp"
 #include "boards/mps2_an500/image/stack.hpp"
-#include "firmware/motion/planner.hpp"
+#include "firmware/motion/path_motion.hpp"
 #include "firmware/recording/io_image.hpp"
 
 namespace sc::mps2_an500 {

@@ -1,0 +1,609 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "firmware/motion/path_motion.hpp"
+
+#include "shared/math/scalar.hpp"
+
+namespace sc::motion {
+namespace {
+
+using trajectory::value;
+
+using trajectory::Rate;
+using trajectory::RateChange;
+using trajectory::Retimer;
+
+/// Spans that are tried for a change of rate, in shortest stops: the shorter ones fail where the nominal trajectory
+/// itself takes all that the limits give.
+constexpr std::array<double, 7> kSpans{1.0, 1.3, 1.7, 2.3, 3.2, 4.5, 6.5};
+constexpr double kShortestSpan = 0.62;  ///< of the time of a stop, that passes in nominal time
+constexpr double kReserveSpans = 4.6;   ///< of nominal time that is known at any moment, so that a stop can be planned
+constexpr double kReserveTicks = 40.0;  ///< and for planning it
+constexpr double kLastReserve = 0.5;
+constexpr double kReadyShare = 1.25;    ///< of that, before it begins
+constexpr double kSameRate = 1e-9;
+constexpr double kLeastRate = 0.05;
+constexpr double kGoShare = 0.6;
+constexpr double kBackShare = 0.7;
+constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
+constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
+constexpr std::uint32_t kSlackTicks = 3;
+constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
+
+/// Time of a stop from the path's speed.
+double stop_time_of(const trajectory::Limits& limits) noexcept {
+    double longest = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double a = limits.acceleration[k];
+        const double j = limits.jerk[k];
+        if (j > 0.0) {
+            const double t = limits.speed * j > a * a ? limits.speed / a + a / j : 2.0 * square_root(limits.speed / j);
+            longest = larger(longest, t);
+        }
+    }
+    return longest;
+}
+
+}  // namespace
+
+PathMotion::PathMotion() noexcept : planner_({vertex_memory_, node_memory_, piece_memory_}), made_(made_memory_) {}
+
+bool PathMotion::open(const trajectory::Spec& spec) noexcept {
+    pending_size_ = pending_taken_ = 0;
+    end_pending_ = bad_ = false;
+    credit_ = 0;
+    idle_ = true;
+    leg_first_ = leg_end_ = 0;
+    made_.clear();
+    retimer_.drop();
+    now_ = 0.0;
+    planned_distance_ = 0.0;
+    planned_end_ = 0;
+    stop_wanted_ = resume_wanted_ = starved_ = complete_ = rests_ = backed_ = false;
+    stop_time_ = 1e30;
+    rearm_time_ = 0.0;
+    task_ = Task::none;
+    step_ = missed_ = 0;
+    go_rate_ = 1.0;
+    rates_size_ = 0;
+    trajectory::Spec planned = spec;
+    planned_speed_ = larger(1.0, override_);
+    planned.speed = spec.speed * planned_speed_;
+    open_ = planner_.open(planned).has_value();
+    if (open_) {
+        ends_.open(planned.speed, planner_.limits().merge, spec.limits);
+        stop_span_ = kShortestSpan * stop_time_of(planner_.limits());
+    }
+    rate_ = wanted_rate();
+    push({.rate = rate_, .slowness = 1.0 / rate_});
+    return open_;
+}
+
+double PathMotion::wanted_rate() const noexcept { return clamped(override_ / planned_speed_, kLeastRate, 1.0); }
+
+void PathMotion::push(const Leg& added) noexcept {
+    if (leg_end_ - leg_first_ == kLegs) {
+        ++leg_first_;
+    }
+    leg(leg_end_) = added;
+    ++leg_end_;
+}
+
+// --- points ---------------------------------------------------------------------------------------------------------
+
+bool PathMotion::wants_points() const noexcept {
+    return open_ && !bad_ && !end_pending_ && !ends_.finished() && pending_size_ < kPointsPerTick;
+}
+
+void PathMotion::add(const Place& point, std::uint32_t item) noexcept {
+    pending_[pending_size_] = {point, item};
+    ++pending_size_;
+}
+
+void PathMotion::finish() noexcept { end_pending_ = true; }
+
+void PathMotion::take_points(std::uint32_t& units) noexcept {
+    while (pending_taken_ < pending_size_ && units > 0 && planner_.wants_points()) {
+        const Point& point = pending_[pending_taken_];
+        ++pending_taken_;
+        --units;
+        if (const auto given = ends_.add(point.place, point.item); given && !planner_.add(given->place, given->item)) {
+            bad_ = true;
+        }
+    }
+    if (pending_taken_ < pending_size_) {
+        return;
+    }
+    pending_taken_ = pending_size_ = 0;
+    if (end_pending_ && planner_.wants_points()) {
+        end_pending_ = false;
+        const auto given = ends_.finish();
+        if (!given || !planner_.add(given->place, given->item) || !planner_.finish()) {
+            bad_ = true;
+        }
+    }
+}
+
+void PathMotion::work(std::uint32_t units) noexcept {
+    std::uint32_t left = units < credit_ ? units : credit_;
+    credit_ -= left;
+    take_points(left);
+    while (left > 0) {
+        if (retimer_.working()) {
+            retimer_.step(planner_.limits(), planner_.pieces(), made_);
+            --left;
+            continue;
+        }
+        const std::uint32_t used = planner_.work(left);
+        if (used == 0) {
+            idle_ = true;
+            return;
+        }
+        left = used < left ? left - used : 0;
+    }
+}
+
+// --- the law --------------------------------------------------------------------------------------------------------
+
+double PathMotion::nominal_end() const noexcept {
+    if (planned_end_ == planner_.pieces().first()) {
+        return 0.0;
+    }
+    const Piece& last = planner_.pieces()[planned_end_ - 1];
+    return last.start + last.duration;
+}
+
+double PathMotion::nominal_at(double t) const noexcept {
+    const Leg& last = newest();
+    return last.nominal ? last.u0 + larger(t - last.begin, 0.0) * last.rate : rest_u_;
+}
+
+double PathMotion::end_time() const noexcept {
+    const Leg& last = newest();
+    return last.nominal ? last.begin + (nominal_end() - last.u0) * last.slowness : last.end;
+}
+
+bool PathMotion::ready() const noexcept {
+    if (!open_ || planned_end_ == planner_.pieces().first()) {
+        return false;
+    }
+    if (complete_) {
+        return true;
+    }
+    const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_;
+    const double from = rests_ ? rest_u_ : 0.0;
+    return nominal_end() - from >= kReadyShare * reserve || planner_.pieces().free() < trajectory::kPiecesAtOnce;
+}
+
+std::uint32_t PathMotion::planned_item() const noexcept {
+    return planned_end_ > planner_.pieces().first() ? planner_.pieces()[planned_end_ - 1].item + 1 : 0;
+}
+
+void PathMotion::request_stop() noexcept {
+    stop_wanted_ = true;
+    resume_wanted_ = backed_ = false;
+}
+
+void PathMotion::request_resume(double distance) noexcept {
+    resume_wanted_ = true;
+    starved_ = false;
+    resume_distance_ = distance;
+}
+
+bool PathMotion::tick(double path_time, double tick_seconds) noexcept {
+    now_ = path_time;
+    tick_s_ = tick_seconds;
+    const bool late = open_ && credit_ > 0 && !idle_;
+    if (late) {
+        return false;
+    }
+    if (!open_) {
+        return true;
+    }
+    complete_ = planner_.complete();
+    waits_ = idle_ && planner_.pieces().free() >= trajectory::kPiecesAtOnce;
+    planned_end_ = planner_.pieces().end();
+    if (planned_end_ != planner_.pieces().first()) {
+        const Piece& last = planner_.pieces()[planned_end_ - 1];
+        planned_distance_ = value(last.distance, last.duration);
+    }
+    if (!(path_time > 0.0) && newest().nominal && newest().u0 == 0.0) {
+        rate_ = wanted_rate();
+        leg(leg_end_ - 1).rate = rate_;
+        leg(leg_end_ - 1).slowness = 1.0 / rate_;
+    }
+    if (task_ != Task::none && !retimer_.working()) {
+        if (retimer_.state() == Retimer::State::done) {
+            publish();
+        } else {
+            give_up();
+        }
+    }
+    if (path_time > 0.0) {
+        choose();
+    }
+    credit_ = kUnitsPerTick;
+    idle_ = false;
+    return true;
+}
+
+/// What is next. A change from motion that is not ready in time is begun anew.
+void PathMotion::choose() noexcept {
+    if (task_ != Task::none) {
+        const bool moving = task_ == Task::stop || task_ == Task::rate;
+        const bool missed = moving && now_ + 1.5 * tick_s_ > task_begin_;
+        const bool unwanted = stop_wanted_ && task_ != Task::stop;
+        if (!missed && !unwanted) {
+            return;
+        }
+        missed_ += missed ? 1U : 0U;
+        drop_task();
+    }
+    if (rests_) {
+        stop_wanted_ = false;
+        if (resume_wanted_ && now_ >= end_time()) {
+            choose_at_rest();
+        }
+        return;
+    }
+    watch_supply();
+    if (stop_wanted_) {
+        begin_moving_task(Task::stop);
+    } else if (absolute(rate_ - wanted_rate()) > kSameRate) {
+        begin_moving_task(Task::rate);
+    }
+}
+
+void PathMotion::drop_task() noexcept {
+    retimer_.drop();
+    made_.drop_from(made_begin_);
+    if (task_ != Task::stop) {
+        step_ = 0;
+    }
+    task_ = Task::none;
+}
+
+/// A stop for want of points is begun while there is still enough of them for it.
+void PathMotion::watch_supply() noexcept {
+    if (complete_ || stop_wanted_) {
+        return;
+    }
+    const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_;
+    const double ahead = nominal_end() - nominal_at(now_);
+    // While the planner is at work, or has no room, it is a drought only when little is left.
+    if (ahead < (waits_ ? reserve : kLastReserve * reserve)) {
+        starved_ = true;
+        stop_wanted_ = true;
+    }
+}
+
+/// Number of the nominal piece that holds u: the last one that begins at or before it.
+std::uint32_t PathMotion::piece_at(double u) const noexcept {
+    const trajectory::Ring<Piece>& pieces = planner_.pieces();
+    std::uint32_t low = pieces.first();
+    std::uint32_t count = planned_end_ - low;
+    while (count > 1) {
+        const std::uint32_t half = count / 2;
+        if (pieces[low + half].start <= u) {
+            low += half;
+            count -= half;
+        } else {
+            count = half;
+        }
+    }
+    return low;
+}
+
+std::uint32_t PathMotion::pieces_between(std::uint32_t from, double until) const noexcept {
+    std::uint32_t count = 1;
+    while (count < kTooMany && from + count != planned_end_ && planner_.pieces()[from + count].start < until) {
+        ++count;
+    }
+    return count;
+}
+
+/// Stop, or another rate, while it moves: from the first moment for which it can be ready in time.
+void PathMotion::begin_moving_task(Task task) noexcept {
+    const trajectory::Limits& limits = planner_.limits();
+    const double end = nominal_end();
+    const double rate = wanted_rate();
+    const double span = kSpans[step_] * stop_span_ * (task == Task::stop ? rate_ : 1.0);
+    RateChange change;
+    // Twice: how long planning takes depends on where it begins.
+    std::uint32_t ticks = kSlackTicks;
+    for (int i = 0; i < 2; ++i) {
+        task_begin_ = now_ + static_cast<double>(ticks) * tick_s_;
+        const Leg& last = newest();
+        if (task_begin_ >= last.begin) {
+            change.from = {.u = nominal_at(task_begin_), .b = rate_ * rate_ * limits.speed * limits.speed};
+        } else {
+            // In the midst of the change that is in force.
+            std::uint32_t k = 0;
+            while (k + 1 < rates_size_ && rates_begin_ + rates_[k].t < task_begin_) {
+                ++k;
+            }
+            if (k + 1 >= rates_size_ || !(rates_[k].b > 0.0)) {
+                change.from = {.u = last.u0, .b = rate_ * rate_ * limits.speed * limits.speed};
+                task_begin_ = last.begin;
+            } else {
+                change.from = rates_[k];
+                task_begin_ = rates_begin_ + rates_[k].t;
+            }
+        }
+        change.from.t = 0.0;
+        change.piece = piece_at(change.from.u);
+        const std::uint32_t pieces = pieces_between(change.piece, change.from.u + span);
+        ticks = kSlackTicks + (1 + missed_) * (Retimer::units(pieces) / kUnitsPerTick);
+    }
+    change.until = change.from.u + span;
+    if (change.until >= end) {
+        if (complete_) {
+            // It comes to rest at the path's end, before any other stop would be over.
+            step_ = 0;
+            if (task == Task::stop) {
+                stop_wanted_ = false;
+                rests_ = true;
+                rest_u_ = end;
+                stop_time_ = smaller(stop_time_, now_);
+            }
+            return;
+        }
+        change.until = end;
+    }
+    change.rate = task == Task::stop ? rate_ : rate;
+    change.end = task == Task::stop ? RateChange::End::rest : RateChange::End::rate;
+    if (!(change.until > change.from.u)) {
+        return;
+    }
+    begin_change(task, change);
+}
+
+void PathMotion::begin_change(Task task, const RateChange& change) noexcept {
+    if (made_.free() < Retimer::kMostPieces) {
+        return;
+    }
+    task_ = task;
+    change_ = change;
+    made_begin_ = made_.end();
+    retimer_.begin(change);
+}
+
+/// A longer stretch, or a gentler change.
+void PathMotion::give_up() noexcept {
+    made_.drop_from(made_begin_);
+    const Task failed = task_;
+    task_ = Task::none;
+    missed_ = 0;
+    ++step_;
+    if (step_ < kSpans.size()) {
+        return;
+    }
+    step_ = 0;
+    if (failed == Task::go) {
+        go_rate_ = larger(kGoShare * go_rate_, kLeastRate);
+    } else if (failed == Task::back) {
+        backed_ = resume_wanted_;  // from here, then
+    }
+}
+
+void PathMotion::publish() noexcept {
+    const Task task = task_;
+    task_ = Task::none;
+    step_ = missed_ = 0;
+    const bool from_rest = task == Task::back || task == Task::go;
+    const double begin = from_rest ? now_ + tick_s_ : task_begin_;
+    const Rate& end = retimer_.at(retimer_.count() - 1);
+    if (!from_rest) {
+        // What was to come behind this moment is replaced.
+        while (leg_end_ - leg_first_ > 1 && newest().begin >= begin) {
+            --leg_end_;
+        }
+        leg(leg_end_ - 1).end = begin;
+    }
+    rates_size_ = retimer_.count();
+    rates_begin_ = begin;
+    for (std::uint32_t i = 0; i < rates_size_; ++i) {
+        rates_[i] = retimer_.at(i);
+    }
+    push({.begin = begin,
+          .end = begin + end.t,
+          .nominal = false,
+          .u0 = change_.from.u,
+          .first = made_begin_,
+          .last = made_.end()});
+    if (task == Task::stop || task == Task::back) {
+        rests_ = true;
+        rest_u_ = change_.until;
+        backed_ = task == Task::back && resume_wanted_;
+        if (task == Task::stop) {
+            stop_wanted_ = false;
+            stop_time_ = smaller(stop_time_, begin);
+        }
+        return;
+    }
+    rate_ = change_.rate;
+    push({.begin = begin + end.t, .u0 = change_.until, .rate = rate_, .slowness = 1.0 / rate_});
+    if (task == Task::go) {
+        go_rate_ = 1.0;
+        go_on(begin);
+    }
+}
+
+// --- from rest ------------------------------------------------------------------------------------------------------
+
+/// Nominal time at which the beam has come `distance` far; that of the oldest piece kept, if that is further on.
+double PathMotion::time_at_distance(double distance) const noexcept {
+    const trajectory::Ring<Piece>& pieces = planner_.pieces();
+    std::uint32_t k = piece_at(rest_u_);
+    while (k != pieces.first() && pieces[k].distance[0] > distance) {
+        --k;
+    }
+    const Piece& piece = pieces[k];
+    double low = 0.0;
+    double high = piece.duration;
+    if (piece.distance[0] >= distance) {
+        return piece.start;
+    }
+    for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (low + high);
+        (value(piece.distance, middle) < distance ? low : high) = middle;
+    }
+    return piece.start + low;
+}
+
+void PathMotion::choose_at_rest() noexcept {
+    const Piece& piece = planner_.pieces()[piece_at(rest_u_)];
+    const double here = value(piece.distance, rest_u_ - piece.start);
+    if (complete_ && rest_u_ >= nominal_end() && resume_distance_ > mark_end() + kRest) {
+        go_on(now_);  // nothing is left to be marked: the path is over
+    } else if (!backed_ && rest_u_ > 0.0 && here + ends_.run_in() - resume_distance_ > kRest) {
+        begin_back();
+    } else {
+        begin_go();
+    }
+}
+
+/// The law moves forward again from path time `begin`.
+void PathMotion::go_on(double begin) noexcept {
+    rests_ = backed_ = starved_ = resume_wanted_ = false;
+    rearm_time_ = begin;
+    stop_time_ = 1e30;
+}
+
+void PathMotion::begin_back() noexcept {
+    const double share = step_ == 0 ? 1.0 : back_share_;
+    back_share_ = kBackShare * share;
+    RateChange change;
+    change.from = {.u = rest_u_};
+    change.piece = piece_at(rest_u_);
+    if (planner_.pieces()[change.piece].start == rest_u_ && change.piece != planner_.pieces().first()) {
+        --change.piece;
+    }
+    double u = time_at_distance(resume_distance_ - ends_.run_in());
+    std::uint32_t k = change.piece;
+    for (std::uint32_t n = 0; n < kTooMany && k != planner_.pieces().first() && planner_.pieces()[k].start > u; ++n) {
+        --k;
+    }
+    u = larger(u, planner_.pieces()[k].start);
+    change.until = rest_u_ - share * (rest_u_ - u);
+    change.end = change.until > 0.0 ? RateChange::End::rest : RateChange::End::free;
+    change.rate = 1.0;
+    begin_change(Task::back, change);
+}
+
+void PathMotion::begin_go() noexcept {
+    if (step_ == 0 && !(go_rate_ < wanted_rate())) {
+        go_rate_ = wanted_rate();
+    }
+    if (!(rest_u_ > 0.0)) {
+        // The nominal trajectory begins at rest itself.
+        rate_ = wanted_rate();
+        const double begin = now_ + tick_s_;
+        push({.begin = begin, .u0 = 0.0, .rate = rate_, .slowness = 1.0 / rate_});
+        go_on(begin);
+        return;
+    }
+    RateChange change;
+    change.from = {.u = rest_u_};
+    change.piece = piece_at(rest_u_);
+    change.rate = go_rate_;
+    change.until = rest_u_ + kSpans[step_] * stop_span_ * go_rate_;
+    change.end = RateChange::End::rate;
+    const double end = nominal_end();
+    if (change.until >= end) {
+        if (!complete_) {
+            return;
+        }
+        change.until = end;
+        change.end = RateChange::End::free;
+    }
+    begin_change(Task::go, change);
+}
+
+// --- readers --------------------------------------------------------------------------------------------------------
+
+Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
+    std::uint32_t i = cursor.leg;
+    if (static_cast<std::int32_t>(i - leg_first_) < 0 || static_cast<std::int32_t>(leg_end_ - i) <= 0) {
+        i = leg_end_ - 1;
+    }
+    while (i != leg_first_ && t < leg(i).begin) {
+        --i;
+    }
+    while (i + 1 != leg_end_ && t >= leg(i).end) {
+        ++i;
+    }
+    cursor.leg = i;
+    const Leg& now = leg(i);
+    const bool nominal = now.nominal;
+    const trajectory::Ring<Piece>& ring = nominal ? planner_.pieces() : made_;
+    const std::uint32_t first = nominal ? ring.first() : now.first;
+    const std::uint32_t last = (nominal ? planned_end_ : now.last) - 1;
+    const double u = nominal ? now.u0 + (t - now.begin) * now.rate : t - now.begin;
+    std::uint32_t k = cursor.piece;
+    if (k - first > last - first) {
+        k = nominal ? piece_at(u) : first;
+    }
+    while (k != first && ring[k].start > u) {
+        --k;
+    }
+    while (k != last && ring[k + 1].start <= u) {
+        ++k;
+    }
+    cursor.piece = k;
+    const Piece& piece = ring[k];
+    Segment s;
+    s.piece = &piece;
+    s.rate = nominal ? now.rate : 1.0;
+    s.t0 = nominal ? now.begin + (piece.start - now.u0) * now.slowness : now.begin + piece.start;
+    s.begin = larger(s.t0, now.begin);
+    if (k != last) {
+        const double next = ring[k + 1].start;
+        s.end = smaller(now.begin + (nominal ? (next - now.u0) * now.slowness : next), now.end);
+    } else {
+        s.end = now.end < kOpenEnd ? now.end : s.t0 + piece.duration * now.slowness;
+    }
+    if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
+        // Before the law begins, between two legs at rest, or behind its end.
+        const bool after = t >= s.end;
+        const double at = after ? s.end : s.begin;
+        s.x0 = clamped((at - s.t0) * s.rate, 0.0, piece.duration);
+        s.t0 = t;
+        s.rate = 0.0;
+        s.begin = after ? s.end : -1e30;
+        s.end = after ? (i + 1 != leg_end_ ? leg(i + 1).begin : 1e30) : at;
+        return s;
+    }
+    s.moving = true;
+    return s;
+}
+
+void PathMotion::forget_before(double t) noexcept {
+    if (task_ != Task::none || !open_ || !ready()) {
+        return;
+    }
+    Cursor cursor;
+    const Segment s = segment(t, cursor);
+    while (leg_first_ != cursor.leg) {
+        ++leg_first_;
+    }
+    const Leg& now = leg(cursor.leg);
+    if (!now.nominal) {
+        made_.forget_before(cursor.piece);
+        return;
+    }
+    // Re-timed legs that are still to come keep theirs.
+    std::uint32_t next = cursor.leg;
+    while (next != leg_end_ && leg(next).nominal) {
+        ++next;
+    }
+    made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
+    // Behind the reader the way of a run-in is kept, to back up.
+    const double keep = s.piece->distance[0] - 1.3 * ends_.run_in();
+    trajectory::Ring<Piece>& pieces = planner_.pieces();
+    while (pieces.first() != cursor.piece &&
+           (pieces[pieces.first() + 1].distance[0] < keep || pieces.free() < 4 * trajectory::kPiecesAtOnce)) {
+        pieces.forget_before(pieces.first() + 1);
+    }
+}
+
+}  // namespace sc::motion
