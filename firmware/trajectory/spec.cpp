@@ -15,7 +15,8 @@ constexpr double kLeastCurve = 1e-9;                   ///< m, of what is not a 
 constexpr double kCellsPerBraking = 9.0;
 constexpr double kStepsPerBraking = 22.0;
 constexpr double kLongestCell = 2e-3;  ///< s, at full speed, if braking is shorter
-constexpr double kBrakingsAhead = 2.0;
+constexpr double kBrakingsAhead = 3.0;
+constexpr double kNearRest = 0.4;  ///< of that
 
 bool in_range(double v) noexcept { return v >= kLowest && v <= kHighest; }
 
@@ -74,6 +75,7 @@ std::expected<Limits, Refusal> make_limits(const Spec& spec) noexcept {
     limits.longest_step = larger(fastest / kStepsPerBraking, 0.5 * kLongestCell * spec.speed);
     limits.stub = larger(smaller(30.0 * spec.tolerance, 2.5 * stub), 10.0 * limits.merge);
     limits.window = larger(kBrakingsAhead * slowest, 8.0 * limits.longest_cell);
+    limits.near_rest = kNearRest * limits.window;
     return limits;
 }
 

@@ -61,6 +61,7 @@ struct Limits {
     double longest_step = 0.0;          ///< of the timing, there
     double stub = 0.0;                  ///< a straight piece at a corner longer than this is of no more use
     double window = 0.0;                ///< length that a plan looks ahead
+    double near_rest = 0.0;             ///< length before a plan's rest that the next plan makes anew
 
     [[nodiscard]] Place scaled(const Place& place) const noexcept {
         return {place[0], place[1], place[2], place[3] * metres_per_turn_unit};

@@ -8,19 +8,20 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kCommitShare = 0.3;      ///< of a window, to be written before the next plan
-constexpr double kTrustShare = 0.25;      ///< of a plan in force, whose speeds are the guess for the next
-constexpr double kGuessShare = 1.0;       ///< of the acceleration, for the first guess
-constexpr double kRampShare = 0.7;        ///< of the limits, for a ramp on a curve
-constexpr double kMost = 1.002;           ///< excess that is accepted
-constexpr double kOffCurve = 0.05;        ///< of the tolerance
-constexpr double kMostSpeed = 1.001;      ///< it is looked at in a few places of a cell only
-constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
-constexpr double kSlack = 0.012;          ///< near the start of a plan that begins moving
-constexpr double kContinueShare = 0.1;    ///< of a window, if the plan in force goes on
-constexpr std::uint32_t kMostParts = 16;  ///< of a cell passed from rest to rest
-constexpr double kChordShare = 0.05;      ///< of the tolerance, for their chords
+constexpr double kCommitShare = 0.3;         ///< of a window, to be written before the next plan at least
+constexpr double kTrustShare = 0.25;         ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 1.0;          ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;           ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;              ///< excess that is accepted
+constexpr double kOffCurve = 0.05;           ///< of the tolerance
+constexpr double kMostSpeed = 1.001;         ///< it is looked at in a few places of a cell only
+constexpr double kLeastGuess = 1e-14;        ///< of the greatest b
+constexpr double kSlack = 0.012;             ///< near the start of a plan that begins moving
+constexpr double kContinueShare = 0.1;       ///< of a window, if the plan in force goes on
+constexpr std::uint32_t kMostParts = 16;     ///< of a cell passed from rest to rest
+constexpr double kChordShare = 0.05;         ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
+constexpr std::uint32_t kGuessesAtOnce = 8;
 constexpr std::uint32_t kTriesFromRest = 8;
 
 /// Greatest tangential acceleration at a node.
@@ -75,7 +76,7 @@ void WindowPlanner::start(const Ring<Node>& nodes, const Place& corner, const Jo
                           std::uint32_t item) noexcept {
     begin_ = {corner, joint, ramp};
     item_ = item;
-    base_ = nodes.end();
+    base_ = looked_ = nodes.end();
     done_ = false;
     fresh_ = resting_ = true;
     in_force_ = false;
@@ -90,14 +91,14 @@ void WindowPlanner::set_end(const Place& corner, const Joint& joint, double ramp
 
 std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, TrajectoryWriter& writer) noexcept {
     switch (stage_) {
-        case Stage::wait: {
+        case Stage::wait:
             if (done_ || !find_window(limits, nodes)) {
                 return 0;
             }
-            const std::uint32_t units = 1 + (window_ - base_) / 4;
             begin_plan(limits, nodes);
-            return units;
-        }
+            return 1;
+        case Stage::guess_up: guess_up(limits, nodes); return 1;
+        case Stage::guess_down: guess_down(limits, nodes); return 1;
         case Stage::backward: backward(limits, nodes); return 1;
         case Stage::forward: forward(limits, nodes); return 1;
         case Stage::check: check(limits, nodes); return 1;
@@ -114,26 +115,18 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
 /// The window reaches as far as the look-ahead, the memory or the run.
 bool WindowPlanner::find_window(const Limits& limits, const Ring<Node>& nodes) noexcept {
     const std::uint32_t most = nodes.capacity() - 2 * SplineBuilder::kLag;
-    if (nodes.end() <= base_) {
-        return false;
-    }
-    std::uint32_t w = base_;
-    if (in_force_ && force_window_ > base_) {
-        w = force_window_;
-    }
-    while (true) {
+    // Nodes that were too near to an earlier base are so now.
+    looked_ = looked_ < base_ ? base_ : looked_;
+    for (; looked_ < nodes.end(); ++looked_) {
+        const std::uint32_t w = looked_;
         const Node& node = nodes[w];
         if (node.last || (w > base_ + 2 && (node.s - nodes[base_].s >= limits.window || w - base_ >= most))) {
-            break;
+            window_ = w;
+            to_end_ = node.last;
+            return true;
         }
-        if (w + 1 >= nodes.end()) {
-            return false;
-        }
-        ++w;
     }
-    window_ = w;
-    to_end_ = nodes[w].last;
-    return true;
+    return false;
 }
 
 void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept {
@@ -156,33 +149,57 @@ void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept
         start_length_ = fresh_ ? begin_.ramp : nodes[base_ - 1].h;
         start_jerk_ = fresh_ ? begin_.joint.jerk : start_share_ * ramp_jerk(limits, nodes[base_ - 1], nodes[base_]);
     }
-    guess(limits, nodes);
-    cursor_ = target_;
-    stage_ = Stage::backward;
+    begin_guess();
 }
 
+namespace {
+
+/// b at the end of a ramp from rest.
+double rest_b(double length, double jerk) noexcept {
+    const double t = cube_root(6.0 * length / jerk);
+    return 9.0 * length * length / (t * t);
+}
+
+}  // namespace
+
 /// First guess of b: what speed and acceleration allow; near the start the plan in force.
-void WindowPlanner::guess(const Limits& limits, Ring<Node>& nodes) noexcept {
-    const auto rest_b = [](double length, double jerk) noexcept {
-        const double t = cube_root(6.0 * length / jerk);
-        return 9.0 * length * length / (t * t);
-    };
-    double b = resting_ ? rest_b(start_length_, start_jerk_) : nodes[base_].b;
-    for (std::uint32_t i = base_; i != target_ + 1; ++i) {
-        Node& node = nodes[i];
-        node.guess = smaller(b, curve_cap(limits, node));
+void WindowPlanner::begin_guess() noexcept {
+    cursor_ = base_;
+    stage_ = Stage::guess_up;
+}
+
+void WindowPlanner::guess_up(const Limits& limits, Ring<Node>& nodes) noexcept {
+    if (cursor_ == base_) {
+        guess_ = resting_ ? rest_b(start_length_, start_jerk_) : nodes[base_].b;
+    }
+    for (std::uint32_t n = 0; n < kGuessesAtOnce; ++n) {
+        Node& node = nodes[cursor_];
+        node.guess = smaller(guess_, curve_cap(limits, node));
         node.slack = 0.0;
-        b = node.guess + 2.0 * kGuessShare * acceleration_at(limits, node) * node.h;
-    }
-    b = rest_b(target_length_, target_jerk_);
-    for (std::uint32_t i = target_;; --i) {
-        Node& node = nodes[i];
-        node.guess = larger(smaller(node.guess, b), kLeastGuess * node.cap);
-        if (i == base_) {
-            break;
+        guess_ = node.guess + 2.0 * kGuessShare * acceleration_at(limits, node) * node.h;
+        if (cursor_ == target_) {
+            guess_ = rest_b(target_length_, target_jerk_);
+            stage_ = Stage::guess_down;
+            return;
         }
-        b = node.guess + 2.0 * kGuessShare * acceleration_at(limits, node) * nodes[i - 1].h;
+        ++cursor_;
     }
+}
+
+void WindowPlanner::guess_down(const Limits& limits, Ring<Node>& nodes) noexcept {
+    for (std::uint32_t n = 0; n < kGuessesAtOnce; ++n) {
+        Node& node = nodes[cursor_];
+        node.guess = larger(smaller(node.guess, guess_), kLeastGuess * node.cap);
+        if (cursor_ == base_) {
+            trust_plan_in_force(nodes);
+            return;
+        }
+        --cursor_;
+        guess_ = node.guess + 2.0 * kGuessShare * acceleration_at(limits, node) * nodes[cursor_].h;
+    }
+}
+
+void WindowPlanner::trust_plan_in_force(Ring<Node>& nodes) noexcept {
     if (in_force_ && !resting_) {
         const double trusted = nodes[base_].s + kTrustShare * (nodes[force_target_].s - nodes[base_].s);
         for (std::uint32_t i = base_; i != force_target_ + 1; ++i) {
@@ -191,6 +208,12 @@ void WindowPlanner::guess(const Limits& limits, Ring<Node>& nodes) noexcept {
             node.slack = node.s <= trusted ? kSlack : 0.0;
         }
     }
+    // After a try that had no states everywhere.
+    for (std::uint32_t i = base_; tries_ > 0 && i != target_ + 1; ++i) {
+        nodes[i].guess *= 1.0 / (1.0 + tries_);
+    }
+    cursor_ = target_;
+    stage_ = Stage::backward;
 }
 
 void WindowPlanner::backward(const Limits& limits, Ring<Node>& nodes) noexcept {
@@ -313,7 +336,7 @@ void WindowPlanner::check(const Limits& limits, Ring<Node>& nodes) noexcept {
 void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
     const bool first_from_rest = resting_ && tries_ == 0;
     if (good_ && !first_from_rest) {
-        accept(nodes, 1.0);
+        accept(limits, nodes, 1.0);
         return;
     }
     again(limits, nodes);
@@ -325,7 +348,7 @@ void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
     if (tries_ >= (resting_ ? kTriesFromRest : kTries)) {
         if (resting_ && sound_ && !crooked_ && worst_ < 1e3) {
             ++counts_.stretched;
-            accept(nodes, worst_ * 1.0001);
+            accept(limits, nodes, worst_ * 1.0001);
             return;
         }
         give_up(nodes);
@@ -337,16 +360,14 @@ void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
             node.guess = larger(node.trial_b, kLeastGuess * node.cap);
         }
     } else {
-        guess(limits, nodes);
-        for (std::uint32_t i = base_; i != target_ + 1; ++i) {
-            nodes[i].guess *= 1.0 / (1.0 + tries_);
-        }
+        begin_guess();
+        return;
     }
     cursor_ = target_;
     stage_ = Stage::backward;
 }
 
-void WindowPlanner::accept(Ring<Node>& nodes, double stretch) noexcept {
+void WindowPlanner::accept(const Limits& limits, Ring<Node>& nodes, double stretch) noexcept {
     const double slower = 1.0 / (stretch * stretch);
     for (std::uint32_t i = base_; i != target_ + 1; ++i) {
         Node& node = nodes[i];
@@ -359,7 +380,8 @@ void WindowPlanner::accept(Ring<Node>& nodes, double stretch) noexcept {
     force_window_ = window_;
     force_to_end_ = to_end_;
     start_share_ = target_share_ = 1.0;
-    commit_to(nodes, kCommitShare);
+    const double length = nodes[window_].s - nodes[base_].s;
+    commit_to(nodes, larger(kCommitShare * length, length - limits.near_rest));
 }
 
 /// No plan: the one in force goes on, or one cell is passed from rest to rest.
@@ -367,17 +389,17 @@ void WindowPlanner::give_up(Ring<Node>& nodes) noexcept {
     start_share_ = target_share_ = 1.0;
     if (in_force_ && !resting_) {
         ++counts_.continued;
-        commit_to(nodes, kContinueShare);
+        commit_to(nodes, kContinueShare * (nodes[window_].s - nodes[base_].s));
         return;
     }
     crawling_ = true;
     stage_ = Stage::write;
 }
 
-void WindowPlanner::commit_to(const Ring<Node>& nodes, double share) noexcept {
+void WindowPlanner::commit_to(const Ring<Node>& nodes, double length) noexcept {
     commit_ = force_target_;
     if (!force_to_end_) {
-        const double s = nodes[base_].s + share * (nodes[window_].s - nodes[base_].s);
+        const double s = nodes[base_].s + length;
         std::uint32_t m = base_ + 1;
         while (m < force_target_ && nodes[m].s < s) {
             ++m;

@@ -40,7 +40,7 @@ public:
     void clear_counts() noexcept { counts_ = {}; }
 
 private:
-    enum class Stage : std::uint8_t { wait, backward, forward, check, write };
+    enum class Stage : std::uint8_t { wait, guess_up, guess_down, backward, forward, check, write };
     struct End {
         Place corner{};
         Joint joint;
@@ -49,7 +49,10 @@ private:
 
     [[nodiscard]] bool find_window(const Limits& limits, const Ring<Node>& nodes) noexcept;
     void begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept;
-    void guess(const Limits& limits, Ring<Node>& nodes) noexcept;
+    void begin_guess() noexcept;
+    void guess_up(const Limits& limits, Ring<Node>& nodes) noexcept;
+    void guess_down(const Limits& limits, Ring<Node>& nodes) noexcept;
+    void trust_plan_in_force(Ring<Node>& nodes) noexcept;
     void backward(const Limits& limits, Ring<Node>& nodes) noexcept;
     void begin_forward(Ring<Node>& nodes) noexcept;
     void forward(const Limits& limits, Ring<Node>& nodes) noexcept;
@@ -57,8 +60,8 @@ private:
     void judge(const Limits& limits, Ring<Node>& nodes) noexcept;
     void again(const Limits& limits, Ring<Node>& nodes) noexcept;
     void give_up(Ring<Node>& nodes) noexcept;
-    void accept(Ring<Node>& nodes, double stretch) noexcept;
-    void commit_to(const Ring<Node>& nodes, double share) noexcept;
+    void accept(const Limits& limits, Ring<Node>& nodes, double stretch) noexcept;
+    void commit_to(const Ring<Node>& nodes, double length) noexcept;
     void write(const Limits& limits, Ring<Node>& nodes, TrajectoryWriter& writer) noexcept;
     void crawl_cell(const Limits& limits, const Node& cell, TrajectoryWriter& writer) noexcept;
     void crawl(const Limits& limits, const Place& from, const Place& to, TrajectoryWriter& writer,
@@ -75,6 +78,7 @@ private:
     Stage stage_ = Stage::wait;
 
     std::uint32_t base_ = 0;    ///< node at which the plan begins moving
+    std::uint32_t looked_ = 0;  ///< nodes below, from base_ on, do not end the window
     std::uint32_t window_ = 0;  ///< last node of the window
     std::uint32_t target_ = 0;  ///< node at which the ramp to rest begins
     bool to_end_ = false;       ///< the window reaches the run's end
@@ -89,6 +93,7 @@ private:
     bool force_to_end_ = false;
 
     std::uint32_t cursor_ = 0;
+    double guess_ = 0.0;  ///< b at the cursor
     std::uint32_t tries_ = 0;
     bool sound_ = false;  ///< the trial has states everywhere
     bool good_ = false;

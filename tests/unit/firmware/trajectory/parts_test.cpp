@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -44,9 +45,34 @@ TEST(Peaks, AreThoseOfADenseSearch) {
     }
 }
 
+Polygon box(double b, double c) {
+    Polygon made;
+    made.box(b, c);
+    return made;
+}
+
+Polygon circle(std::uint32_t count) {
+    Polygon round;
+    round.count = count;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / count;
+        round.put(i, {std::cos(angle), std::sin(angle)});
+    }
+    return round;
+}
+
+double area(const Polygon& polygon) {
+    double sum = 0.0;
+    for (std::uint32_t i = 0; i < polygon.count; ++i) {
+        const State a = polygon.at(i);
+        const State z = polygon.at((i + 1) % polygon.count);
+        sum += a.b * z.c - a.c * z.b;
+    }
+    return 0.5 * sum;
+}
+
 TEST(Polygon, ClipKeepsWhatTheHalfPlaneHolds) {
-    Polygon square;
-    square.box(2.0, 1.0);
+    Polygon square = box(2.0, 1.0);
     square.clip(1.0, 1.0, 2.0);  // cuts the corner (2, 1)
     EXPECT_EQ(square.count, 5U);
     for (std::uint32_t i = 0; i < square.count; ++i) {
@@ -56,18 +82,67 @@ TEST(Polygon, ClipKeepsWhatTheHalfPlaneHolds) {
     EXPECT_EQ(square.count, 0U);
 }
 
-TEST(Polygon, SimplifyStaysWithin) {
-    Polygon round;
-    round.count = 24;
-    for (std::uint32_t i = 0; i < round.count; ++i) {
-        round.b[i] = std::cos(0.2617993877991494 * i);
-        round.c[i] = std::sin(0.2617993877991494 * i);
+TEST(Polygon, ClipCutsTheSameAreaWhereverTheArrayBegins) {
+    std::mt19937_64 random(5);
+    std::uniform_real_distribution<double> any(-1.0, 1.0);
+    for (int n = 0; n < 2000; ++n) {
+        Polygon one = circle(3 + static_cast<std::uint32_t>(n) % 20);
+        Polygon other;
+        other.count = one.count;
+        const std::uint32_t turn = static_cast<std::uint32_t>(random() % one.count);
+        for (std::uint32_t i = 0; i < one.count; ++i) {
+            other.put(i, one.at((i + turn) % one.count));
+        }
+        Polygon rest = one;
+        const double whole = area(one);
+        const double nb = any(random);
+        const double nc = any(random);
+        const double d = any(random);
+        one.clip(nb, nc, d);
+        other.clip(nb, nc, d);
+        rest.clip(-nb, -nc, -d);
+        ASSERT_NEAR(area(one), area(other), 1e-14);
+        ASSERT_NEAR(area(one) + area(rest), whole, 1e-14);
+        ASSERT_GE(area(one), -1e-15);
+        for (std::uint32_t i = 0; i < one.count; ++i) {
+            ASSERT_LE(nb * one.b[i] + nc * one.c[i], d + 1e-14);
+        }
+        Polygon slab = circle(one.count + 3);
+        slab.clip_both(nb, nc, std::abs(d));
+        for (std::uint32_t i = 0; i < slab.count; ++i) {
+            ASSERT_LE(std::abs(nb * slab.b[i] + nc * slab.c[i]), std::abs(d) + 1e-14);
+        }
     }
+}
+
+TEST(Polygon, SimplifyStaysWithin) {
+    Polygon round = circle(24);
     round.simplify(9);
     EXPECT_EQ(round.count, 9U);
     for (std::uint32_t i = 0; i < round.count; ++i) {
         EXPECT_NEAR(std::hypot(round.b[i], round.c[i]), 1.0, 1e-15);
     }
+}
+
+TEST(Polygon, SimplifyKeepsAStateInside) {
+    const State kept{0.0, 0.99};
+    Polygon round = circle(40);
+    round.simplify(6, &kept);
+    EXPECT_EQ(round.count, 6U);
+    for (std::uint32_t i = 0; i < round.count; ++i) {
+        const State a = round.at(i);
+        const State z = round.at((i + 1) % round.count);
+        EXPECT_GT((z.b - a.b) * (kept.c - a.c) - (z.c - a.c) * (kept.b - a.b), 0.0);
+    }
+}
+
+TEST(Polygon, SimplifyDropsWhatIsButRounding) {
+    Polygon square = box(2.0, 1.0);
+    square.move(4, 3);
+    square.put(3, {1e-15, 1.0});
+    square.count = 5;
+    square.simplify(10);
+    EXPECT_EQ(square.count, 4U);
 }
 
 /// State at the end of a phase.
