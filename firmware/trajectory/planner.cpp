@@ -11,7 +11,6 @@ constexpr double kFarthest = 1e4;
 constexpr double kFreeRamp = 0.5;       ///< of the time to full acceleration, for a ramp that no corner asks for
 constexpr double kShortestRamp = 1e-7;  ///< m
 constexpr double kRampOfStub = 0.6;
-constexpr std::uint32_t kLinePieces = 24;
 
 }  // namespace
 
@@ -176,7 +175,7 @@ void Planner::next_run(std::uint32_t corner, const Behind& behind) noexcept {
 }
 
 std::uint32_t Planner::seek() noexcept {
-    if (writer_.pieces().free() < kLinePieces) {
+    if (writer_.pieces().free() < kPiecesAtOnce) {
         return 0;
     }
     if (!has_run_) {

@@ -12,6 +12,7 @@ constexpr std::array<double, 5> kNode{0.046910077030668004, 0.23076534494715845,
                                       0.95308992296933200};
 constexpr std::array<double, 5> kWeight{0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
                                         0.23931433524968324, 0.11846344252809454};
+constexpr double kSharpCosine = -0.2;  ///< of a turn: the speed dips much
 constexpr double kShortest = 1e-12;  ///< s; what is left over below is rounding
 
 /// Time over a cell: ∫ ds / √b.
@@ -255,6 +256,18 @@ void drop_first(Stretch& stretch) noexcept {
 
 }  // namespace
 
+/// In parts, so that the distance, a quintic in each, is true to some nanometres where the speed dips.
+void TrajectoryWriter::write_corner(const Stretch& last, Phase a, const Stretch& next, Phase b, double duration,
+                                    std::uint32_t item) noexcept {
+    const int parts = dot(last.direction, next.direction) < kSharpCosine ? 4 : 2;
+    const double part = duration / parts;
+    for (int i = 0; i < parts; ++i) {
+        write_both(last, a, next, b, part, item);
+        advance(a, part);
+        advance(b, part);
+    }
+}
+
 /// Writes the first `duration` of what waits.
 void TrajectoryWriter::write_waiting(double duration) noexcept {
     double left = duration;
@@ -290,7 +303,7 @@ void TrajectoryWriter::join(const Stretch& stretch, double overlap) noexcept {
         const bool a_first = a.duration <= b.duration;
         const double t = a_first ? a.duration : b.duration;
         if (t > kShortest) {
-            write_both(waiting_, a, next, b, t, waiting_.item[0]);
+            write_corner(waiting_, a, next, b, t, waiting_.item[0]);
         }
         const bool both = absolute(a.duration - b.duration) <= kShortest;
         if (a_first || both) {

@@ -11,7 +11,7 @@
 namespace sc::trajectory {
 
 /// Free pieces that a step of the planner needs: a corner, and the first of what is behind it.
-inline constexpr std::uint32_t kPiecesAtOnce = 24;
+inline constexpr std::uint32_t kPiecesAtOnce = 32;
 
 /// Phases of constant jerk along a line, place = origin + s · direction. A whole straight run, or the ramp that a curve
 /// begins or ends with.
@@ -66,7 +66,7 @@ public:
     [[nodiscard]] const Ring<Piece>& pieces() const noexcept { return pieces_; }
 
     /// Begins a run at a corner, overlapping what waits by `overlap`; the rest of `stretch` waits in its turn. At most
-    /// 20 pieces.
+    /// 28 pieces.
     void join(const Stretch& stretch, double overlap) noexcept;
     /// What is to be overlapped by the next join(): the end of a curve.
     void wait(const Stretch& stretch) noexcept { waiting_ = stretch; }
@@ -85,6 +85,8 @@ private:
     void write_phase(const Stretch& stretch, const Phase& phase, std::uint32_t item) noexcept;
     void write_both(const Stretch& last, const Phase& a, const Stretch& next, const Phase& b, double duration,
                     std::uint32_t item) noexcept;
+    void write_corner(const Stretch& last, Phase a, const Stretch& next, Phase b, double duration,
+                      std::uint32_t item) noexcept;
     Piece& open_piece(double duration, std::uint32_t item, LimitedBy limited) noexcept;
     void close_piece(Piece& piece) noexcept;
 

@@ -175,7 +175,7 @@ std::vector<Place> random_path(std::mt19937_64& random, std::size_t count) {
     std::uniform_real_distribution<double> decade(-4.3, -2.4);
     std::vector<Place> points{{0.1 * unit(random), 0.1 * unit(random), 0.1 * unit(random), 0.0}};
     Place direction{1.0, 0.0, 0.0, 0.0};
-    const double bend = 0.4 * (1.0 + unit(random));
+    const double bend = 0.2 * (1.0 + unit(random));
     const double scale = std::pow(10.0, decade(random));
     while (points.size() < count) {
         double n = 0.0;

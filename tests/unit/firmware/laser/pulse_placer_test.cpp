@@ -33,32 +33,31 @@ struct Fired {
 /// Runs a path with points along x and z and collects all pulses.
 Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t act_ns, double acceleration = 5.0,
            double jerk = 200.0) {
-    auto planner = std::make_unique<motion::Planner>();
-    motion::PathSpec path;
+    auto motion = std::make_unique<motion::PathMotion>();
+    trajectory::Spec path;
     path.speed = speed;
     path.tolerance = 1e-5;
     path.limits.speed = {2.0, 2.0, 2.0, 1.0};
     path.limits.acceleration = {acceleration, acceleration, acceleration, 1.0};
     path.limits.jerk = {jerk, jerk, jerk, 1.0};
-    planner->open(path);
+    EXPECT_TRUE(motion->open(path));
     for (std::size_t i = 0; i < points.size(); ++i) {
-        planner->add(points[i], static_cast<std::uint32_t>(i));
+        motion->add(points[i], static_cast<std::uint32_t>(i));
     }
-    planner->finish();
-    planner->work(motion::kUnitsPerTick);
+    motion->finish();
     PulsePlacer placer;
     placer.open(spec());
     Fired fired;
     double t = 0.0;
     std::int64_t ns = 0;
     for (std::int64_t tick = 0; tick < 100'000; ++tick) {
-        EXPECT_TRUE(planner->tick(tick, t, kTick));
-        planner->work(motion::kUnitsPerTick);
-        if (t == 0.0 && !planner->ready(kTick)) {
+        EXPECT_TRUE(motion->tick(t, kTick));
+        motion->work(motion::kUnitsPerTick);
+        if (t == 0.0 && !motion->ready()) {
             continue;
         }
         auto out = std::make_unique<ServoOutputs>();
-        placer.place(*planner, ns, ns + kTickNs, act_ns, *out);
+        placer.place(*motion, ns, ns + kTickNs, act_ns, *out);
         fired.pulses.insert(fired.pulses.end(), out->pulses.begin(),
                             out->pulses.begin() + static_cast<std::ptrdiff_t>(out->pulses_size));
         for (std::size_t r = 0; r < out->laser_size; ++r) {
@@ -74,7 +73,7 @@ Fired fire(const std::vector<motion::Place>& points, double speed, std::int64_t 
         }
         ns += kTickNs;
         t = static_cast<double>(ns) * 1e-9;
-        if (placer.done(*planner)) {
+        if (placer.done(*motion)) {
             break;
         }
     }
