@@ -21,7 +21,8 @@ constexpr double kContinueShare = 0.1;       ///< of a window, if the plan in fo
 constexpr std::uint32_t kMostParts = 16;     ///< of a cell passed from rest to rest
 constexpr double kChordShare = 0.05;         ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
-constexpr std::uint32_t kGuessesAtOnce = 8;
+constexpr std::uint32_t kGuessesAtOnce = 8;  ///< cells
+constexpr std::uint32_t kUnitsBackward = 3;  ///< what a unit is: planner.hpp
 constexpr std::uint32_t kTriesFromRest = 8;
 
 /// Greatest tangential acceleration at a node.
@@ -99,7 +100,7 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
             return 1;
         case Stage::guess_up: guess_up(limits, nodes); return 1;
         case Stage::guess_down: guess_down(limits, nodes); return 1;
-        case Stage::backward: backward(limits, nodes); return 1;
+        case Stage::backward: backward(limits, nodes); return kUnitsBackward;
         case Stage::forward: forward(limits, nodes); return 1;
         case Stage::check: check(limits, nodes); return 1;
         case Stage::write:
