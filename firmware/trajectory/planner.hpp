@@ -5,6 +5,7 @@
 #include <expected>
 #include <span>
 
+#include "firmware/trajectory/arc.hpp"
 #include "firmware/trajectory/line.hpp"
 #include "firmware/trajectory/piece.hpp"
 #include "firmware/trajectory/polyline.hpp"
@@ -41,10 +42,17 @@ public:
     /// Next point; `item` must not fall. Points closer than a fifth of the tolerance (2 µm at most) to the last kept
     /// one are left out. Cost: some 50 operations.
     [[nodiscard]] std::expected<void, Refusal> add(const Place& point, std::uint32_t item) noexcept;
+    /// A circular arc over x, y, z from the last point through `via` to `to`, C turning evenly; it counts as one point.
+    /// A whole circle is two arcs. The path stays within the tolerance of the true arc, of which kArcShare is for the
+    /// chords that it is run as. One that is straight within that share is run as a line. Its chords are made by
+    /// work(), and until the last of them is there no other point is taken. Cost: some 600 operations.
+    [[nodiscard]] std::expected<void, Refusal> add_arc(const Place& via, const Place& to, std::uint32_t item) noexcept;
     /// No more points.
     [[nodiscard]] std::expected<void, Refusal> finish() noexcept;
     /// There is room for another point. Needs work() and reading of pieces if not.
-    [[nodiscard]] bool wants_points() const noexcept { return open_ && !finished_ && points_.free() > 0; }
+    [[nodiscard]] bool wants_points() const noexcept {
+        return open_ && !finished_ && arc_.left() == 0 && points_.free() > 0;
+    }
 
     /// Works for `units`, and up to 3 more to end what it is at; returns those used, fewer if it waits for points or
     /// for room. A unit is 2 000 to 4 000 instructions of a Cortex-M7 in the mean and 7 200 at most, in what was
@@ -69,6 +77,9 @@ public:
 private:
     enum class Stage : std::uint8_t { seek, curve, complete };
 
+    [[nodiscard]] std::expected<void, Refusal> ready_for_point() const noexcept;
+    [[nodiscard]] std::expected<Place, Refusal> usable(const Place& point) noexcept;
+    void add_arc_points() noexcept;
     [[nodiscard]] std::uint32_t seek() noexcept;
     [[nodiscard]] std::uint32_t follow_curve() noexcept;
     /// What comes behind a corner.
@@ -103,6 +114,10 @@ private:
     bool finished_ = false;
     std::uint32_t count_ = 0;
     Place still_{};  ///< axes that must not move
+    Place last_{};   ///< point, scaled
+    Arc arc_;        ///< what is left of it to be added
+    std::uint32_t last_item_ = 0;
+    std::uint32_t arc_item_ = 0;
 
     std::uint32_t corner_ = 0;  ///< where the run begins
     Behind run_;                ///< of that corner
