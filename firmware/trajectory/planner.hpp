@@ -19,7 +19,7 @@ namespace sc::trajectory {
 /// Memory of a planner, given by its owner. Sizes are powers of two.
 struct Storage {
     std::span<Vertex> points;  ///< at least 1024
-    std::span<Node> nodes;     ///< at least 256; more look further ahead on paths that bend much
+    std::span<Node> nodes;     ///< at least 256
     std::span<Piece> pieces;   ///< at least 64; what is planned and not yet read
 };
 
@@ -27,8 +27,8 @@ struct Storage {
 /// acceleration and jerk of every axis within their limits at every moment.
 ///
 /// Between corners (turns of more than 45°) the path is one smooth curve or one straight line. A straight line between
-/// two corners is passed in closed form; a curve by time-optimal path parametrisation over a look-ahead of two braking
-/// distances. At a corner the two runs overlap as far as the tolerance allows.
+/// two corners is passed in closed form; a curve by time-optimal path parametrisation over a look-ahead of three
+/// braking distances. At a corner the two runs overlap as far as the tolerance allows.
 ///
 /// The trajectory is a function of the points alone: how add(), work() and the reading of pieces interleave changes
 /// nothing. Nominal time begins at 0; hold, resume and override are laws of nominal time over real time and no business
@@ -70,7 +70,7 @@ public:
     [[nodiscard]] bool complete() const noexcept { return stage_ == Stage::complete; }
 
     [[nodiscard]] const Limits& limits() const noexcept { return limits_; }
-    /// Replaces the look-ahead of two braking distances, in m; before the first point. For tests and benches.
+    /// Replaces the look-ahead of three braking distances, in m; before the first point. For tests and benches.
     void set_window(double length) noexcept { limits_.window = length; }
     [[nodiscard]] const WindowCounts& counts() const noexcept { return window_.counts(); }
 

@@ -8,18 +8,18 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kCommitShare = 0.3;         ///< of a window, to be written before the next plan at least
-constexpr double kTrustShare = 0.25;         ///< of a plan in force, whose speeds are the guess for the next
-constexpr double kGuessShare = 1.0;          ///< of the acceleration, for the first guess
-constexpr double kRampShare = 0.7;           ///< of the limits, for a ramp on a curve
-constexpr double kMost = 1.002;              ///< excess that is accepted
-constexpr double kOffCurve = 0.05;           ///< of the tolerance
-constexpr double kMostSpeed = 1.001;         ///< it is looked at in a few places of a cell only
-constexpr double kLeastGuess = 1e-14;        ///< of the greatest b
-constexpr double kSlack = 0.012;             ///< near the start of a plan that begins moving
-constexpr double kContinueShare = 0.1;       ///< of a window, if the plan in force goes on
-constexpr std::uint32_t kMostParts = 16;     ///< of a cell passed from rest to rest
-constexpr double kChordShare = 0.05;         ///< of the tolerance, for their chords
+constexpr double kCommitShare = 0.3;      ///< of a window, to be written before the next plan at least
+constexpr double kTrustShare = 0.25;      ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 1.0;       ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;        ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;           ///< excess that is accepted
+constexpr double kOffCurve = 0.05;        ///< of the tolerance
+constexpr double kMostSpeed = 1.001;      ///< it is looked at in a few places of a cell only
+constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
+constexpr double kSlack = 0.012;          ///< near the start of a plan that begins moving
+constexpr double kContinueShare = 0.1;    ///< of a window, if the plan in force goes on
+constexpr std::uint32_t kMostParts = 16;  ///< of a cell passed from rest to rest
+constexpr double kChordShare = 0.05;      ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
 constexpr std::uint32_t kGuessesAtOnce = 8;  ///< cells
 constexpr std::uint32_t kUnitsBackward = 3;  ///< what a unit is: planner.hpp

@@ -63,7 +63,7 @@ Circle flat(double radius) { return {{0.05, -0.02, 0.01, 0.0}, {1.0, 0.0, 0.0, 0
 /// A path of points and arcs.
 class Path {
 public:
-    explicit Path(const Spec& spec) { opened_ = bool(planner_.open(spec)); }
+    explicit Path(const Spec& spec, std::uint32_t units = 7) : units_(units) { opened_ = bool(planner_.open(spec)); }
     void line(const Place& to) {
         make_room();
         ASSERT_TRUE(planner_.add(to, item_++));
@@ -85,7 +85,7 @@ public:
 
 private:
     bool step() {
-        const std::uint32_t used = planner_.work(7);
+        const std::uint32_t used = planner_.work(units_);
         const bool any = planner_.ready() > 0;
         while (planner_.ready() > 0) {
             run_.pieces.push_back(planner_.front());
@@ -102,6 +102,7 @@ private:
     Planner planner_{{memory_.points, memory_.nodes, memory_.pieces}};
     Planned run_;
     std::uint32_t item_ = 0;
+    std::uint32_t units_;
     bool opened_ = false;
 };
 
@@ -254,6 +255,25 @@ TEST(ArcPath, GoesOnFromALineAndTurnsC) {
         return arc.run().seconds;
     }();
     EXPECT_LT(run.seconds, alone + 0.02 / 0.1);
+}
+
+TEST(ArcPath, IsTheSameHoweverTheWorkIsCut) {
+    const Circle circle = flat(0.02);
+    std::vector<Planned> runs;
+    for (const std::uint32_t units : {1U, 7U, 5000U}) {
+        Path path(usual(), units);
+        path.line(circle.at(0.0));
+        path.arc(circle.at(1.0), circle.at(2.0));
+        path.line(circle.centre);
+        path.arc(circle.at(4.0), circle.at(3.0));
+        runs.push_back(path.run());
+        ASSERT_TRUE(runs.back().complete);
+        ASSERT_EQ(runs.back().pieces.size(), runs[0].pieces.size());
+        for (std::size_t i = 0; i < runs[0].pieces.size(); ++i) {
+            ASSERT_EQ(runs.back().pieces[i].axis, runs[0].pieces[i].axis);
+            ASSERT_EQ(runs.back().pieces[i].item, runs[0].pieces[i].item);
+        }
+    }
 }
 
 TEST(ArcPath, RefusalsNameThePoint) {
