@@ -69,6 +69,8 @@ std::string text_of(const Refusal& refusal) {
         case Problem::bad_point: return point + ": " + axis + " is out of range; keep within 10 m";
         case Problem::blocked_axis: return point + ": " + axis + " has no limits but moves";
         case Problem::too_short: return "fewer than two points differ";
+        case Problem::bad_arc:
+        case Problem::no_arc_here:
         case Problem::no_room:
         case Problem::not_open: break;
     }

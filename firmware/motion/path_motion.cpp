@@ -19,7 +19,7 @@ constexpr double kShortestSpan = 0.62;  ///< of the time of a stop, that passes 
 constexpr double kReserveSpans = 4.6;   ///< of nominal time that is known at any moment, so that a stop can be planned
 constexpr double kReserveTicks = 40.0;  ///< and for planning it
 constexpr double kLastReserve = 0.5;
-constexpr double kReadyShare = 1.25;    ///< of that, before it begins
+constexpr double kReadyShare = 1.25;  ///< of that, before it begins
 constexpr double kSameRate = 1e-9;
 constexpr double kLeastRate = 0.05;
 constexpr double kGoShare = 0.6;
@@ -129,8 +129,8 @@ void PathMotion::work(std::uint32_t units) noexcept {
     take_points(left);
     while (left > 0) {
         if (retimer_.working()) {
-            retimer_.step(planner_.limits(), planner_.pieces(), made_);
-            --left;
+            const std::uint32_t used = retimer_.step(planner_.limits(), planner_.pieces(), made_);
+            left = used < left ? left - used : 0;
             continue;
         }
         const std::uint32_t used = planner_.work(left);

@@ -10,14 +10,17 @@ Quintic hermite(const Motion& from, const Motion& to, double duration) noexcept 
     const double r = 1.0 / t;
     const double d = (to.p - from.p) - t * (from.v + 0.5 * t * from.a);
     const double e = t * ((to.v - from.v) - t * from.a);
-    const double f = t * t * (to.a - from.a);
+    const double f = 0.5 * t * t * (to.a - from.a);
     const double r3 = r * r * r;
+    // 10 d − 4 e + f, −15 d + 7 e − 2 f and 6 d − 3 e + f, without sums beside differences: of products, GCC 12 makes
+    // fused operations of those although it is told not to.
+    const double g = 2.0 * d - e;
     return {from.p,
             from.v,
             0.5 * from.a,
-            (10.0 * d - 4.0 * e + 0.5 * f) * r3,
-            (-15.0 * d + 7.0 * e - f) * (r3 * r),
-            (6.0 * d - 3.0 * e + 0.5 * f) * (r3 * r * r)};
+            (5.0 * g + (e + f)) * r3,
+            (7.5 * g + (0.5 * e + 2.0 * f)) * (-r3 * r),
+            (3.0 * g + f) * (r3 * r * r)};
 }
 
 Peaks peaks(const Quintic& k, double duration) noexcept {

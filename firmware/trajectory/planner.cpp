@@ -11,6 +11,7 @@ constexpr double kFarthest = 1e4;
 constexpr double kFreeRamp = 0.5;       ///< of the time to full acceleration, for a ramp that no corner asks for
 constexpr double kShortestRamp = 1e-7;  ///< m
 constexpr double kRampOfStub = 0.6;
+constexpr std::uint32_t kArcPointsAtOnce = 8;
 
 }  // namespace
 
@@ -33,16 +34,23 @@ std::expected<void, Refusal> Planner::open(const Spec& spec) noexcept {
     count_ = 0;
     corner_ = 0;
     has_run_ = false;
+    last_item_ = 0;
+    arc_.stop();
     return {};
 }
 
-std::expected<void, Refusal> Planner::add(const Place& point, std::uint32_t item) noexcept {
+std::expected<void, Refusal> Planner::ready_for_point() const noexcept {
     if (!open_ || finished_) {
         return std::unexpected(Refusal{.problem = Problem::not_open, .point = count_});
     }
-    if (points_.free() == 0) {
+    if (!wants_points()) {
         return std::unexpected(Refusal{.problem = Problem::no_room, .point = count_});
     }
+    return {};
+}
+
+/// The point scaled, with the axes that must not move where they are.
+std::expected<Place, Refusal> Planner::usable(const Place& point) noexcept {
     for (std::size_t k = 0; k < kAxisCount; ++k) {
         const auto axis = static_cast<std::uint8_t>(k);
         const double most = k == 3 ? kFarthest * 360.0 : kFarthest;
@@ -61,20 +69,80 @@ std::expected<void, Refusal> Planner::add(const Place& point, std::uint32_t item
             place[k] = k == 3 ? 0.0 : point[k];
         }
     }
-    points_.add(place, item);
+    return place;
+}
+
+std::expected<void, Refusal> Planner::add(const Place& point, std::uint32_t item) noexcept {
+    if (const auto ready = ready_for_point(); !ready) {
+        return ready;
+    }
+    const auto place = usable(point);
+    if (!place) {
+        return std::unexpected(place.error());
+    }
+    points_.add(*place, item);
+    last_ = *place;
+    last_item_ = item;
     ++count_;
     return {};
+}
+
+std::expected<void, Refusal> Planner::add_arc(const Place& via, const Place& to, std::uint32_t item) noexcept {
+    if (const auto ready = ready_for_point(); !ready) {
+        return ready;
+    }
+    if (count_ == 0 || limits_.tolerance < kLeastArcTolerance) {
+        return std::unexpected(Refusal{.problem = Problem::no_arc_here, .point = count_});
+    }
+    const auto middle = usable({via[0], via[1], via[2], to[3]});
+    if (!middle) {
+        return std::unexpected(middle.error());
+    }
+    const auto end = usable(to);
+    if (!end) {
+        return std::unexpected(end.error());
+    }
+    Arc arc;
+    const Arc::Kind kind = arc.begin(last_, *middle, *end, kArcShare * limits_.tolerance, limits_.merge);
+    if (kind == Arc::Kind::no_plane || kind == Arc::Kind::too_wide) {
+        return std::unexpected(Refusal{.problem = Problem::bad_arc, .point = count_});
+    }
+    arc_ = arc;
+    arc_item_ = item;
+    last_ = *end;
+    ++count_;
+    add_arc_points();
+    return {};
+}
+
+/// The next few points of the arc, as far as there is room. The item of the arc is passed at its end.
+void Planner::add_arc_points() noexcept {
+    for (std::uint32_t n = 0; n < kArcPointsAtOnce && arc_.left() > 0 && points_.free() > 0; ++n) {
+        Place place = arc_.next();
+        for (std::size_t k = 0; k < 3; ++k) {
+            place[k] = limits_.velocity[k] > 0.0 ? place[k] : still_[k];
+        }
+        if (arc_.left() == 0) {
+            last_item_ = arc_item_;
+        }
+        points_.add(place, last_item_);
+    }
+    if (arc_.left() == 0 && finished_ && !points_.closed()) {
+        points_.close();
+    }
 }
 
 std::expected<void, Refusal> Planner::finish() noexcept {
     if (!open_ || finished_) {
         return std::unexpected(Refusal{.problem = Problem::not_open, .point = count_});
     }
-    if (points_.end() < 2) {
+    if (points_.end() < 2 && arc_.left() == 0) {
         return std::unexpected(Refusal{.problem = Problem::too_short, .point = count_});
     }
-    points_.close();
     finished_ = true;
+    if (arc_.left() == 0) {
+        points_.close();
+    }
     return {};
 }
 
@@ -82,7 +150,10 @@ std::uint32_t Planner::work(std::uint32_t units) noexcept {
     std::uint32_t used = 0;
     while (used < units) {
         std::uint32_t step = 0;
-        if (stage_ == Stage::seek) {
+        if (arc_.left() > 0 && points_.free() > 0) {
+            add_arc_points();
+            step = 1;
+        } else if (stage_ == Stage::seek) {
             step = seek();
         } else if (stage_ == Stage::curve) {
             step = follow_curve();

@@ -83,7 +83,7 @@ void include(StoredPolygon& set, double b, double c) noexcept {
             }
         }
     }
-    if (first == set.count) {
+    if (set.count < 3 || first == set.count) {
         return;
     }
     StoredPolygon hull;
@@ -117,9 +117,9 @@ void place_node(const Limits& limits, const Piece& piece, double u, double sign,
 }  // namespace
 
 std::uint32_t Retimer::units(std::uint32_t pieces) noexcept {
-    // Build, backward, forward, check and write; a second try.
-    const auto nodes = static_cast<std::uint32_t>(kCells) + pieces;
-    return (smaller(static_cast<double>(nodes), static_cast<double>(kNodes)) > 0.0 ? nodes : 0) * 8;
+    // Build and write once; backward, forward and check, and perhaps a second try of these.
+    const std::uint32_t nodes = pieces + static_cast<std::uint32_t>(kCells);
+    return (nodes < kNodes ? nodes : kNodes) * (2 + (3 * (kUnitsBackward + 2)) / 2);
 }
 
 void Retimer::begin(const RateChange& change) noexcept {
@@ -133,10 +133,10 @@ void Retimer::begin(const RateChange& change) noexcept {
     state_ = State::build;
 }
 
-void Retimer::step(const Limits& limits, const Ring<Piece>& nominal, Ring<Piece>& made) noexcept {
+std::uint32_t Retimer::step(const Limits& limits, const Ring<Piece>& nominal, Ring<Piece>& made) noexcept {
     switch (state_) {
         case State::build: build(limits, nominal); break;
-        case State::backward: backward(limits); break;
+        case State::backward: backward(limits); return kUnitsBackward;
         case State::forward: forward(limits); break;
         case State::check: check(limits, nominal); break;
         case State::write: write(limits, nominal, made); break;
@@ -144,6 +144,7 @@ void Retimer::step(const Limits& limits, const Ring<Piece>& nominal, Ring<Piece>
         case State::done:
         case State::failed: break;
     }
+    return 1;
 }
 
 /// The next node, and the cell that ends there. Cells end where pieces do: the nominal jerk steps there.

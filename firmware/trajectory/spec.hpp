@@ -36,6 +36,8 @@ enum class Problem : std::uint8_t {
     no_room,        ///< `point` came while wants_points() was false
     too_short,      ///< the path ended with fewer than two distinct points; `point` is their number
     not_open,       ///< no path is open
+    bad_arc,        ///< the arc to `point`: no circle through its places, or a radius of more than kWidestArc
+    no_arc_here,    ///< the arc to `point` has no point before it, or the tolerance is below kLeastArcTolerance
 };
 
 /// Why something was not accepted; nothing was changed by it.

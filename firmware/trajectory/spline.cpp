@@ -14,6 +14,7 @@ constexpr double kLastShare = 0.94;    ///< of the tolerance, for the check; the
 constexpr double kSharpenReach = 2.0;  ///< spacings
 constexpr double kSharpen = 0.05;      ///< of the second difference, against the inward pull of the spline
 constexpr double kFiner = 0.85;        ///< between tries of a first choice
+constexpr double kSure = 1.5;          ///< times what is allowed: too much for certain
 constexpr double kCloser = 0.8;        ///< after a check that failed
 constexpr double kSpacingsAhead = 4.0;
 constexpr std::uint32_t kVerticesAhead = 144;
@@ -137,8 +138,19 @@ void SplineBuilder::space_vertex(Polyline& points, const Limits& limits, std::ui
     const double least = larger(0.5 * limits.tolerance, 1e-7);
     // At the vertex, and in the middle of a long segment behind it.
     const double next = j < sight ? points[j + 1].s - s : 0.0;
-    while (h > least && (deviation(s, h) > allowed || (next > 0.3 * h && deviation(s + 0.5 * next, h) > allowed))) {
-        h *= kFiner;
+    while (h > least) {
+        double off = deviation(s, h);
+        if (!(off > allowed) && next > 0.3 * h) {
+            off = deviation(s + 0.5 * next, h);
+        }
+        if (!(off > allowed)) {
+            break;
+        }
+        // It goes with the square at most: tries that cannot do are left out.
+        do {
+            h *= kFiner;
+            off *= kFiner * kFiner;
+        } while (off > kSure * allowed && h > least);
     }
     points[j].spacing = larger(h, smaller(least, most));
 }
@@ -286,40 +298,41 @@ void SplineBuilder::set_closer(Polyline& points, std::int64_t cell) noexcept {
     }
 }
 
-/// Nodes of the cells that are certain, each cut into steps for the timing.
-void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {
+bool SplineBuilder::is_certain(std::int64_t cell) const noexcept {
     const std::int64_t last = knots_ - 1;
-    while (nodes.free() >= kMostSteps &&
-           (complete_ ? given_ <= last && checked_ == last : given_ + kDeferred < checked_)) {
-        const Draft& from = draft(given_);
-        if (given_ == last) {
-            give_node(limits, {}, knot(given_), from, points[end_ - 1].item, nodes);
-            nodes[nodes.end() - 1].last = true;
-            done_ = true;
-            return;
-        }
-        const double h = knot(given_ + 1) - knot(given_);
-        const Place d3 = times(1.0 / h, minus(draft(given_ + 1).d2, from.d2));
-        // Cells on calm straights are longer than others and stay whole.
-        std::uint32_t steps = 1;
-        if (h <= limits.longest_cell * 1.0001) {
-            while (steps < kMostSteps && h > limits.longest_step * steps) {
-                ++steps;
-            }
-        }
-        const double step = h / steps;
-        for (std::uint32_t i = 0; i < steps; ++i) {
-            const double x = step * i;
-            Draft at;
-            at.p = along(along(along(from.p, x, from.d1), 0.5 * x * x, from.d2), x * x * x * (1.0 / 6.0), d3);
-            at.d1 = along(along(from.d1, x, from.d2), 0.5 * x * x, d3);
-            at.d2 = along(from.d2, x, d3);
-            (void)points.at(knot(given_) + x, points.first(), has_end_ ? end_ : final_, given_hint_);
-            give_node(limits, d3, knot(given_) + x, at, points[given_hint_].item, nodes);
-            nodes[nodes.end() - 1].h = step;
-        }
-        ++given_;
+    return complete_ ? checked_ == last && cell <= last : cell + kDeferred < checked_;
+}
+
+/// Nodes of a cell that is certain: it is cut into steps for the timing.
+void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {
+    const Draft& from = draft(given_);
+    if (complete_ && given_ == knots_ - 1) {
+        give_node(limits, {}, knot(given_), from, points[end_ - 1].item, nodes);
+        nodes[nodes.end() - 1].last = true;
+        done_ = true;
+        return;
     }
+    const double h = knot(given_ + 1) - knot(given_);
+    const Place d3 = times(1.0 / h, minus(draft(given_ + 1).d2, from.d2));
+    // Cells on calm straights are longer than others and stay whole.
+    std::uint32_t steps = 1;
+    if (h <= limits.longest_cell * 1.0001) {
+        while (steps < kMostSteps && h > limits.longest_step * steps) {
+            ++steps;
+        }
+    }
+    const double step = h / steps;
+    for (std::uint32_t i = 0; i < steps; ++i) {
+        const double x = step * i;
+        Draft at;
+        at.p = along(along(along(from.p, x, from.d1), 0.5 * x * x, from.d2), x * x * x * (1.0 / 6.0), d3);
+        at.d1 = along(along(from.d1, x, from.d2), 0.5 * x * x, d3);
+        at.d2 = along(from.d2, x, d3);
+        (void)points.at(knot(given_) + x, points.first(), has_end_ ? end_ : final_, given_hint_);
+        give_node(limits, d3, knot(given_) + x, at, points[given_hint_].item, nodes);
+        nodes[nodes.end() - 1].h = step;
+    }
+    ++given_;
 }
 
 /// Appends a node; its greatest b is that of the node itself and of the middles of the steps beside it.
@@ -364,8 +377,16 @@ bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nod
     if (see(points, limits)) {
         return true;
     }
-    if (complete_ && checked_ == knots_ - 1) {
+    if (is_certain(given_)) {
         give_out(points, limits, nodes);
+        return true;
+    }
+    if (checked_ + 1 < drafts_ && checked_ + 1 < knots_) {
+        if (fits(points, limits, checked_)) {
+            ++checked_;
+        } else {
+            set_closer(points, checked_);
+        }
         return true;
     }
     if (!complete_) {
@@ -402,14 +423,6 @@ bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nod
     while (drafts_ + 2 <= (complete_ ? last + 2 : last)) {
         make_node();
     }
-    while (checked_ + 1 < drafts_ && checked_ < last) {
-        if (!fits(points, limits, checked_)) {
-            set_closer(points, checked_);
-            return true;
-        }
-        ++checked_;
-    }
-    give_out(points, limits, nodes);
     return true;
 }
 

@@ -28,8 +28,8 @@ public:
     [[nodiscard]] std::uint32_t end_seen() const noexcept { return seen_; }
     [[nodiscard]] std::uint32_t begin() const noexcept { return begin_; }
 
-    /// One step: a vertex, or a knot and the nodes that it completes. False if it waits for points or room. Needs free
-    /// room for kLag nodes.
+    /// One step: a vertex, a knot, the check of a cell or the nodes of one. False if it waits for points or room. Needs
+    /// free room for kLag nodes.
     [[nodiscard]] bool step(Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept;
     [[nodiscard]] bool done() const noexcept { return done_; }
     /// Points below are not needed any more.
@@ -59,6 +59,7 @@ private:
     void make_node() noexcept;
     [[nodiscard]] bool fits(const Polyline& points, const Limits& limits, std::int64_t cell) noexcept;
     void set_closer(Polyline& points, std::int64_t cell) noexcept;
+    [[nodiscard]] bool is_certain(std::int64_t cell) const noexcept;
     void give_out(const Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept;
     void give_node(const Limits& limits, const Place& d3, double s, const Draft& at, std::uint32_t item,
                    Ring<Node>& nodes) noexcept;

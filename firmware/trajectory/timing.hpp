@@ -98,6 +98,8 @@ struct Workspace {
     Polygon set;
 };
 
+inline constexpr std::uint32_t kUnitsBackward = 3;  ///< that a backward_step() counts as (planner.hpp)
+
 /// Set of `node` from that of `next`; what it leaves out is small. False if it is empty. Where the node has a slack,
 /// its state of the plan in force stays in the set if possible. Cost: some 6 000 instructions, 12 000 at most.
 [[nodiscard]] bool backward_step(const Limits& limits, Node& node, const Node& next, Workspace& workspace) noexcept;

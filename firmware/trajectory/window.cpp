@@ -8,20 +8,20 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kCommitShare = 0.3;         ///< of a window, to be written before the next plan at least
-constexpr double kTrustShare = 0.25;         ///< of a plan in force, whose speeds are the guess for the next
-constexpr double kGuessShare = 1.0;          ///< of the acceleration, for the first guess
-constexpr double kRampShare = 0.7;           ///< of the limits, for a ramp on a curve
-constexpr double kMost = 1.002;              ///< excess that is accepted
-constexpr double kOffCurve = 0.05;           ///< of the tolerance
-constexpr double kMostSpeed = 1.001;         ///< it is looked at in a few places of a cell only
-constexpr double kLeastGuess = 1e-14;        ///< of the greatest b
-constexpr double kSlack = 0.012;             ///< near the start of a plan that begins moving
-constexpr double kContinueShare = 0.1;       ///< of a window, if the plan in force goes on
-constexpr std::uint32_t kMostParts = 16;     ///< of a cell passed from rest to rest
-constexpr double kChordShare = 0.05;         ///< of the tolerance, for their chords
+constexpr double kCommitShare = 0.3;      ///< of a window, to be written before the next plan at least
+constexpr double kTrustShare = 0.25;      ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 1.0;       ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;        ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;           ///< excess that is accepted
+constexpr double kOffCurve = 0.05;        ///< of the tolerance
+constexpr double kMostSpeed = 1.001;      ///< it is looked at in a few places of a cell only
+constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
+constexpr double kSlack = 0.012;          ///< near the start of a plan that begins moving
+constexpr double kContinueShare = 0.1;    ///< of a window, if the plan in force goes on
+constexpr std::uint32_t kMostParts = 16;  ///< of a cell passed from rest to rest
+constexpr double kChordShare = 0.05;      ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
-constexpr std::uint32_t kGuessesAtOnce = 8;
+constexpr std::uint32_t kGuessesAtOnce = 8;  ///< cells
 constexpr std::uint32_t kTriesFromRest = 8;
 
 /// Greatest tangential acceleration at a node.
@@ -99,7 +99,7 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
             return 1;
         case Stage::guess_up: guess_up(limits, nodes); return 1;
         case Stage::guess_down: guess_down(limits, nodes); return 1;
-        case Stage::backward: backward(limits, nodes); return 1;
+        case Stage::backward: backward(limits, nodes); return kUnitsBackward;
         case Stage::forward: forward(limits, nodes); return 1;
         case Stage::check: check(limits, nodes); return 1;
         case Stage::write:

@@ -24,7 +24,7 @@ struct WindowCounts {
 /// less room where it did. If that fails the plan in force goes on (it was checked up to its own rest), and from rest
 /// the whole plan is stretched in time. So what is written keeps the limits whatever the curve.
 ///
-/// Work is counted in units of one step of one cell.
+/// Work is counted in units: a cell is one in each pass, and kUnitsBackward in the pass backward.
 class WindowPlanner {
 public:
     /// A run whose first node comes next into `nodes`. `ramp` is the length in s of the ramp before it.

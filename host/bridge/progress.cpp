@@ -25,6 +25,8 @@ public:
         has_point_ = true;
         return length / speed;
     }
+    /// As long as its chords: at most a tenth too short up to a half circle.
+    double operator()(const PathArc& arc) { return (*this)(arc.via) + (*this)(arc.to); }
     double operator()(const PathEnd&) { return 0.0; }
     double operator()(const Turn&) { return kTurnSeconds; }
     double operator()(const JobEnd&) { return kApproachSeconds; }

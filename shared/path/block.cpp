@@ -158,6 +158,13 @@ bool BlockReader::read_segment(Item& out) noexcept {
         case block_tag::kPathEnd: out = PathEnd{}; return in_.ok();
         case block_tag::kTurn: out = Turn{in_.get<std::int32_t>()}; return in_.ok();
         case block_tag::kJobEnd: out = JobEnd{}; return in_.ok();
+        case block_tag::kPathArc: {
+            PathArc arc;
+            arc.via = read_place();
+            arc.to = read_place();
+            out = arc;
+            return in_.ok();
+        }
         default: return false;
     }
 }
@@ -179,12 +186,17 @@ bool BlockReader::read_path_begin(Item& out) noexcept {
     return in_.ok() && actuator <= static_cast<std::uint8_t>(Actuator::galvo);
 }
 
+PathPoint BlockReader::read_place() noexcept {
+    PathPoint place;
+    place.x = in_.get<std::int32_t>();
+    place.y = in_.get<std::int32_t>();
+    place.z = in_.get<std::int32_t>();
+    return place;
+}
+
 bool BlockReader::begin_run(Item& out) noexcept {
     run_left_ = in_.get<std::uint8_t>();
-    PathPoint point;
-    point.x = in_.get<std::int32_t>();
-    point.y = in_.get<std::int32_t>();
-    point.z = in_.get<std::int32_t>();
+    const PathPoint point = read_place();
     x_ = {point.x, 0};
     y_ = {point.y, 0};
     z_ = {point.z, 0};

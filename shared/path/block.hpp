@@ -17,6 +17,7 @@
 ///     path_end    03
 ///     turn        04  c i32
 ///     job_end     05
+///     path_arc    06  via x y z (i32 each), to x y z (i32 each)
 ///
 /// Integers are little-endian. A varint is a zigzag number in groups of 7 bits, low group first, of minimal length. The
 /// second point of a run is coded as its difference from the first, every later one as the change of that difference:
@@ -24,7 +25,7 @@
 
 namespace sc {
 
-inline constexpr std::uint8_t kBlockGrammarVersion = 1;
+inline constexpr std::uint8_t kBlockGrammarVersion = 2;
 /// Items that one block may hold, as its count is a byte.
 inline constexpr std::size_t kBlockItems = 255;
 /// Bytes of the longest single item that begins a block.
@@ -36,6 +37,7 @@ inline constexpr std::uint8_t kPathBegin = 2;
 inline constexpr std::uint8_t kPathEnd = 3;
 inline constexpr std::uint8_t kTurn = 4;
 inline constexpr std::uint8_t kJobEnd = 5;
+inline constexpr std::uint8_t kPathArc = 6;
 }  // namespace block_tag
 
 /// One coordinate's predictor, the same on both sides: the last place goes on by the last difference.
@@ -69,6 +71,7 @@ private:
     bool read_item(Item& out) noexcept;
     bool read_segment(Item& out) noexcept;
     bool read_path_begin(Item& out) noexcept;
+    [[nodiscard]] PathPoint read_place() noexcept;
     bool begin_run(Item& out) noexcept;
     bool continue_run(Item& out) noexcept;
 

@@ -9,7 +9,8 @@
 /// What a job is made of once the host has converted everything: a sequence of items, numbered from 0. The number is
 /// the stream's sequence number: an item is accepted exactly once, in order, whatever the carrier does.
 ///
-///     Turn, then for each line: PathBegin, PathPoint × n, PathEnd; at last JobEnd.
+///     Turn, then for each line: PathBegin, PathPoint, then PathPoint or PathArc × n, PathEnd; at last
+///     JobEnd.
 ///
 /// The controller makes the dark moves itself: retract before a turn, the way to the start of a path, the run-in.
 
@@ -48,6 +49,13 @@ struct PathPoint {
     std::int32_t z = 0;
     constexpr bool operator==(const PathPoint&) const noexcept = default;
 };
+/// From the last place over `via` to `to` on a circle. The path stays within the tolerance of the true arc. A whole
+/// circle is two of them.
+struct PathArc {
+    PathPoint via;
+    PathPoint to;
+    constexpr bool operator==(const PathArc&) const noexcept = default;
+};
 struct PathEnd {
     constexpr bool operator==(const PathEnd&) const noexcept = default;
 };
@@ -61,7 +69,7 @@ struct JobEnd {
     constexpr bool operator==(const JobEnd&) const noexcept = default;
 };
 
-using Item = std::variant<PathPoint, PathBegin, PathEnd, Turn, JobEnd>;
+using Item = std::variant<PathPoint, PathBegin, PathEnd, Turn, JobEnd, PathArc>;
 
 /// How far a job has come, as the laser knows it. Pulse numbers restart at 0 in each pass of a path.
 struct FiredPosition {

@@ -20,14 +20,18 @@ void put_path_begin(ByteWriter& out, const PathBegin& begin) noexcept {
     out.put(begin.anchor_z);
 }
 
+void put_place(ByteWriter& out, const PathPoint& place) noexcept {
+    out.put(place.x);
+    out.put(place.y);
+    out.put(place.z);
+}
+
 }  // namespace
 
 void put_item(ByteWriter& out, const Item& item) noexcept {
     if (const auto* point = std::get_if<PathPoint>(&item)) {
         out.put(block_tag::kPoints);
-        out.put(point->x);
-        out.put(point->y);
-        out.put(point->z);
+        put_place(out, *point);
     } else if (const auto* begin = std::get_if<PathBegin>(&item)) {
         put_path_begin(out, *begin);
     } else if (std::holds_alternative<PathEnd>(item)) {
@@ -37,6 +41,10 @@ void put_item(ByteWriter& out, const Item& item) noexcept {
         out.put(turn->c);
     } else if (std::holds_alternative<JobEnd>(item)) {
         out.put(block_tag::kJobEnd);
+    } else if (const auto* arc = std::get_if<PathArc>(&item)) {
+        out.put(block_tag::kPathArc);
+        put_place(out, arc->via);
+        put_place(out, arc->to);
     }
 }
 

@@ -13,6 +13,10 @@ struct Words {
     void operator()(const PathPoint& p) const noexcept {
         hash.update_word(block_tag::kPoints).update_word(word(p.x)).update_word(word(p.y)).update_word(word(p.z));
     }
+    void operator()(const PathArc& a) const noexcept {
+        hash.update_word(block_tag::kPathArc).update_word(word(a.via.x)).update_word(word(a.via.y));
+        hash.update_word(word(a.via.z)).update_word(word(a.to.x)).update_word(word(a.to.y)).update_word(word(a.to.z));
+    }
     void operator()(const PathBegin& b) const noexcept {
         const auto actuator = static_cast<std::uint32_t>(b.actuator);
         hash.update_word(block_tag::kPathBegin).update_word(b.path).update_word(actuator + 256U * b.pass);
@@ -38,6 +42,8 @@ void JobHasher::add(const Item& item) noexcept {
         words(*turn);
     } else if (const auto* job_end = std::get_if<JobEnd>(&item)) {
         words(*job_end);
+    } else if (const auto* arc = std::get_if<PathArc>(&item)) {
+        words(*arc);
     }
 }
 

@@ -7,6 +7,7 @@ sc_test(unit_motion LABEL unit
   DEPS firmware_motion firmware_laser firmware_hal)
 sc_test(unit_basics LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/shared/math/scalar_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/shared/math/angle_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/shared/geometry/frames_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/shared/units/quantity_test.cpp
   DEPS shared_math shared_geometry shared_units)

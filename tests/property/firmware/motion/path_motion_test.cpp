@@ -164,9 +164,7 @@ public:
     }
 
 private:
-    static double apart(const Place& a, const Place& b) {
-        return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
-    }
+    static double apart(const Place& a, const Place& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
     std::vector<Sample> samples_;
 };
 
@@ -257,7 +255,9 @@ TEST(PathMotion, KeepsLimitsAndPathThroughHoldsOverridesAndDroughts) {
             if (!going) {
                 break;
             }
-            runner.limit_points(runner.motion().stopped() ? points.size() : static_cast<std::size_t>(random() % points.size() + points.size() / 2));
+            runner.limit_points(runner.motion().stopped()
+                                    ? points.size()
+                                    : static_cast<std::size_t>(random() % points.size() + points.size() / 2));
             if (!runner.motion().stopped() && random() % 3 == 0) {
                 runner.motion().set_override(0.1 + 0.01 * static_cast<double>(random() % 190));
                 ++overrides;

@@ -36,6 +36,12 @@ std::vector<Item> random_items(Random& random) {
         switch (below(random, 20)) {
             case 0: items.emplace_back(sc::PathEnd{}); break;
             case 1: items.emplace_back(sc::JobEnd{}); break;
+            case 4: {
+                const sc::PathPoint via{coordinate(random, 0), coordinate(random, 0), coordinate(random, 0)};
+                last = {coordinate(random, last.x), coordinate(random, last.y), coordinate(random, last.z)};
+                items.emplace_back(sc::PathArc{via, last});
+                break;
+            }
             case 2: items.emplace_back(sc::Turn{coordinate(random, 0)}); break;
             case 3: {
                 sc::PathBegin begin;

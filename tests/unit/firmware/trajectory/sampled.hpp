@@ -24,14 +24,14 @@ struct Planned {
 
 struct Memory {
     std::vector<Vertex> points{1024};
-    std::vector<Node> nodes{512};
+    std::vector<Node> nodes{256};
     std::vector<Piece> pieces{256};
 };
 
 /// Plans `points`; `chunk` is how many points are added before the planner works, `units` how much it then does, so
 /// that different ways of interleaving can be compared.
 inline Planned plan(const Spec& spec, const std::vector<Place>& points, std::uint32_t chunk = 1,
-                    std::uint32_t units = 64, double window = 0.0, std::size_t nodes = 512) {
+                    std::uint32_t units = 64, double window = 0.0, std::size_t nodes = 256) {
     Memory memory;
     memory.nodes.resize(nodes);
     Planner planner({memory.points, memory.nodes, memory.pieces});

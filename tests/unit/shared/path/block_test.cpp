@@ -54,8 +54,10 @@ std::optional<std::vector<Item>> decode(const Buffer& bytes, std::size_t count) 
 }
 
 TEST(Block, EveryKindOfItemComesBack) {
-    const std::vector<Item> items{sc::Turn{-9'000'000}, some_begin(),  PathPoint{1, 2, 3}, PathPoint{4, 6, 8},
-                                  PathPoint{8, 9, 10},  sc::PathEnd{}, PathPoint{0, 0, 0}, sc::JobEnd{}};
+    const std::vector<Item> items{
+        sc::Turn{-9'000'000}, some_begin(),  PathPoint{1, 2, 3}, PathPoint{4, 6, 8},
+        PathPoint{8, 9, 10},  sc::PathEnd{}, PathPoint{0, 0, 0}, sc::PathArc{{kMin, 1, 2}, {kMax, -3, 4}},
+        PathPoint{7, 7, 7},   sc::JobEnd{}};
     EXPECT_EQ(decode(encode(items), items.size()), items);
 }
 
@@ -66,6 +68,14 @@ TEST(Block, HasThisLayout) {
     const Buffer expected{4, 0xFE, 0xFF, 0xFF, 0xFF, 1, 3, 1,    0,    0, 0, 2,   0, 0,
                           0, 3,    0,    0,    0,    4, 1, 0x80, 0x01, 0, 0, 127, 3};
     EXPECT_EQ(encode(items), expected);
+}
+
+TEST(Block, AnArcHasThisLayout) {
+    const Buffer expected{6, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF, 5, 0, 0, 0, 6, 0, 0, 0};
+    EXPECT_EQ(encode({sc::PathArc{{1, 2, 3}, {-2, 5, 6}}}), expected);
+    for (std::size_t size = 0; size < expected.size(); ++size) {
+        EXPECT_FALSE(sc::block_is_sound(std::span(expected).first(size), 1)) << size;
+    }
 }
 
 TEST(Block, LongestItemFillsThirtyFiveBytes) { EXPECT_EQ(encode({some_begin()}).size(), sc::kLongestItem); }
@@ -138,7 +148,7 @@ TEST(BlockReader, RefusesMalformedSegments) {
     EXPECT_FALSE(sc::block_is_sound(with({0xFF, 0xFF, 0xFF, 0xFF, 0x7F, 0, 0}), 2)) << "leaves 32 bits";
     EXPECT_FALSE(sc::block_is_sound(Buffer{1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, 0)) << "an empty run";
     EXPECT_FALSE(sc::block_is_sound(Buffer{0}, 1));
-    EXPECT_FALSE(sc::block_is_sound(Buffer{6}, 1));
+    EXPECT_FALSE(sc::block_is_sound(Buffer{7}, 1));
     Buffer begin = encode({some_begin()});
     begin[5] = 2;
     EXPECT_FALSE(sc::block_is_sound(begin, 1)) << "an unknown actuator";

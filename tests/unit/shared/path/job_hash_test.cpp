@@ -64,6 +64,26 @@ TEST(JobHash, ChangesWithEveryFieldAndWithTheOrder) {
     }
 }
 
+TEST(JobHash, ChangesWithEachCoordinateOfAnArc) {
+    const auto hash = [](const sc::PathArc& arc) { return sc::job_hash(std::vector<Item>{arc}); };
+    const std::uint64_t plain = hash({});
+    std::vector<std::uint64_t> others;
+    for (const auto member : {&sc::PathPoint::x, &sc::PathPoint::y, &sc::PathPoint::z}) {
+        sc::PathArc arc;
+        arc.via.*member = 1;
+        others.push_back(hash(arc));
+        arc = {};
+        arc.to.*member = 1;
+        others.push_back(hash(arc));
+    }
+    for (std::size_t i = 0; i < others.size(); ++i) {
+        EXPECT_NE(others[i], plain);
+        for (std::size_t k = 0; k < i; ++k) {
+            EXPECT_NE(others[i], others[k]);
+        }
+    }
+}
+
 TEST(JobHash, OfNoItemsIsTheStartOfFnv) { EXPECT_EQ(sc::job_hash({}), sc::fnv1a64("")); }
 
 }  // namespace
