@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "firmware/laser/xy2_100.hpp"
-#include "firmware/motion/axis_map.hpp"
 #include "firmware/safety/watch.hpp"
 #include "shared/math/scalar.hpp"
 
@@ -25,12 +24,9 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 
 }  // namespace
 
-JobRunner::JobRunner(const MachineConfig& machine) noexcept : machine_(machine), field_(Compensation{}, machine.galvo) {
-    for (std::size_t i = 0; i < kAxisCount; ++i) {
-        stage_limits_.speed[i] = machine.axis[i].speed;
-        stage_limits_.acceleration[i] = machine.axis[i].acceleration;
-        stage_limits_.jerk[i] = machine.axis[i].jerk;
-    }
+JobRunner::JobRunner(const MachineConfig& machine) noexcept
+    : machine_(machine), geometry_(machine), field_(Compensation{}, machine.galvo) {
+    set_map({}, {});
     galvo_limits_.speed.fill(kUnlimited);
     galvo_limits_.acceleration.fill(kUnlimited);
     galvo_limits_.jerk.fill(kUnlimited);
@@ -53,13 +49,24 @@ std::int64_t JobRunner::light_lag_ns() const noexcept {
 
 void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
     set_point_ = set_point;
-    place_ = motion::place_of(compensation_, set_point);
+    place_ = geometry_.place_of(set_point);
 }
 
 void JobRunner::set_compensation(const Compensation& compensation) noexcept {
-    compensation_ = compensation;
+    geometry_.set(compensation);
     field_ = laser::FieldMap(compensation, machine_.galvo);
-    place_ = motion::place_of(compensation_, set_point_);
+    place_ = geometry_.place_of(set_point_);
+}
+
+void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        const AxisConfig& axis = machine_.axis[i];
+        stage_limits_.speed[i] = axis.speed - cost.speed[i];
+        stage_limits_.acceleration[i] = axis.acceleration - cost.acceleration[i];
+        stage_limits_.jerk[i] = axis.jerk - cost.jerk[i];
+    }
+    geometry_.set(map);
+    place_ = geometry_.place_of(set_point_);
 }
 
 void JobRunner::start_job() noexcept {
@@ -574,7 +581,7 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::jog: move_step(out); break;
         case Phase::path: path_step(may_mark, out); break;
     }
-    set_point_ = motion::set_point_of(compensation_, place_);
+    set_point_ = geometry_.set_point_of(place_);
     return in_time;
 }
 

@@ -6,6 +6,7 @@
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/pulse_placer.hpp"
 #include "firmware/laser/xy2_100.hpp"
+#include "firmware/motion/axis_geometry.hpp"
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/planner.hpp"
 #include "shared/codes/codes.hpp"
@@ -51,6 +52,9 @@ public:
     void stand_at(const AxisPositions& set_point) noexcept;
     /// New geometry; the set-points stay, the place in h changes. Only while nothing moves.
     void set_compensation(const Compensation& compensation) noexcept;
+    /// Another axis map, which check_map has passed with this cost: motion in h keeps so far below the axes' limits
+    /// that the set-points keep them. Only while nothing moves.
+    void set_map(const AxisMap& map, const MapCost& cost) noexcept;
 
     /// Feed override, 10..200 % of the programmed speed of paths (the controller has checked it); 100 at the start.
     /// Kept from job to job. Any time.
@@ -121,7 +125,7 @@ private:
     [[nodiscard]] double seconds(std::int64_t ticks) const noexcept;
 
     MachineConfig machine_;
-    Compensation compensation_;
+    motion::AxisGeometry geometry_;
     motion::AxisLimits stage_limits_;
     motion::AxisLimits galvo_limits_;
     motion::Planner planner_;
