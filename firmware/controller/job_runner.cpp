@@ -25,7 +25,10 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 }  // namespace
 
 JobRunner::JobRunner(const MachineConfig& machine) noexcept
-    : machine_(machine), geometry_(machine), field_(Compensation{}, machine.galvo) {
+    : machine_(machine),
+      y_retracted_(machine.y_retracted.si()),
+      geometry_(machine),
+      field_(Compensation{}, machine.galvo) {
     set_map({}, {});
     galvo_limits_.speed.fill(kUnlimited);
     galvo_limits_.acceleration.fill(kUnlimited);
@@ -54,6 +57,7 @@ void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
 
 void JobRunner::set_compensation(const Compensation& compensation) noexcept {
     geometry_.set(compensation);
+    set_retreat();
     field_ = laser::FieldMap(compensation, machine_.galvo);
     place_ = geometry_.place_of(set_point_);
 }
@@ -65,8 +69,14 @@ void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
         stage_limits_.acceleration[i] = axis.acceleration - cost.acceleration[i];
         stage_limits_.jerk[i] = axis.jerk - cost.jerk[i];
     }
-    geometry_.set(map);
+    geometry_.set(map, cost);
+    set_retreat();
     place_ = geometry_.place_of(set_point_);
+}
+
+/// A turn is watched by the set-point of y: the place to retract to is one whose set-point is retracted.
+void JobRunner::set_retreat() noexcept {
+    machine_.y_retracted = Length::from_si(y_retracted_ + geometry_.y_shortfall(y_retracted_));
 }
 
 void JobRunner::start_job() noexcept {

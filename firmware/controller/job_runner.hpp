@@ -96,12 +96,14 @@ public:
     /// Path speed at the tick's first pulse, m/s (0 without pulses).
     [[nodiscard]] double pulse_speed() const noexcept { return pulse_speed_; }
 
+    [[nodiscard]] const motion::AxisGeometry& geometry() const noexcept { return geometry_; }
     [[nodiscard]] Phase phase() const noexcept { return phase_; }
     [[nodiscard]] const motion::Planner& planner() const noexcept { return planner_; }
     /// Settings of the present path, or the last.
     [[nodiscard]] const PathBegin& path() const noexcept { return path_; }
 
 private:
+    void set_retreat() noexcept;
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
@@ -125,6 +127,7 @@ private:
     [[nodiscard]] double seconds(std::int64_t ticks) const noexcept;
 
     MachineConfig machine_;
+    double y_retracted_;  ///< as the machine has it, for set-points; machine_ holds the place in h
     motion::AxisGeometry geometry_;
     motion::AxisLimits stage_limits_;
     motion::AxisLimits galvo_limits_;

@@ -47,8 +47,18 @@ AxisGeometry::Cell AxisGeometry::cell_of(double place, double first, double per_
 
 AxisGeometry::AxisGeometry(const MachineConfig& machine) noexcept : machine_(machine) {}
 
-void AxisGeometry::set(const AxisMap& map) noexcept {
+double AxisGeometry::y_shortfall(double y) const noexcept {
+    const Vec3& row = compensation_.axis_from_h.row[1];
+    double lowest = ((row.y - 1.0) * y + compensation_.axis_offset.y) - map_shift_y_;
+    for (const std::size_t i : {std::size_t{0}, std::size_t{2}}) {
+        lowest = lowest + smaller(row[i] * machine_.axis[i].travel_min, row[i] * machine_.axis[i].travel_max);
+    }
+    return larger(-lowest, 0.0);
+}
+
+void AxisGeometry::set(const AxisMap& map, const MapCost& cost) noexcept {
     mapped_ = !map.is_identity();
+    map_shift_y_ = cost.shift[index(Axis::y)];
     first_ = map.first;
     pivot_ = map.pivot;
     constexpr double kSixth = 1.0 / 6.0;

@@ -20,14 +20,19 @@ public:
 
     /// Only while nothing moves: the set-points of a place change at once.
     void set(const Compensation& compensation) noexcept { compensation_ = compensation; }
-    /// A map that check_map has passed.
-    void set(const AxisMap& map) noexcept;
+    /// A map that check_map has passed with this cost.
+    void set(const AxisMap& map, const MapCost& cost) noexcept;
 
     /// Set-points of a tick. Once a tick: it also follows the way that the axes move, for their backlash.
     [[nodiscard]] AxisPositions set_point_of(const Place& place) noexcept;
     /// The place whose set-points are `axes`, with the backlash as it stands. Eight rounds; the map gains two digits
     /// in each.
     [[nodiscard]] Place place_of(const AxisPositions& axes) const noexcept;
+
+    /// How far the set-point of Y can lie below a place y, wherever X and Z stand within their travel; 0 or more.
+    [[nodiscard]] double y_shortfall(double y) const noexcept;
+    /// Largest correction of Y by the map alone, metres.
+    [[nodiscard]] double map_shift_y() const noexcept { return map_shift_y_; }
 
     [[nodiscard]] bool mapped() const noexcept { return mapped_; }
     [[nodiscard]] const Compensation& compensation() const noexcept { return compensation_; }
@@ -46,7 +51,8 @@ private:
     std::array<std::array<std::array<double, kMapCoefficients>, 3>, 3>
         linear_{};                                                      ///< [along][correction of], metres / 6
     std::array<std::array<double, kTurnWrapped>, kTurnTables> turn_{};  ///< metres, degrees or radians / 6
-    bool turned_ = false;                                               ///< a table over C is there
+    double map_shift_y_ = 0.0;
+    bool turned_ = false;  ///< a table over C is there
     Vec3 pivot_;
     std::array<Backlash, kAxisCount> backlash_;
 };

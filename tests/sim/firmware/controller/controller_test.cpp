@@ -425,6 +425,7 @@ TEST(Controller, WithAMapItBurnsTheSamePulsesWithinTheLimits) {
     const std::size_t first = rig.set_points().size();
     std::vector<Item> items = short_job();
     items.insert(items.begin(), Turn{-9'000'000});
+    items.insert(items.end() - 1, Turn{9'000'000});
     ASSERT_EQ(rig.open_job(items).refusal, 0);
     ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
     ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }, 60'000));
@@ -442,6 +443,24 @@ TEST(Controller, WithAMapItBurnsTheSamePulsesWithinTheLimits) {
                 << "tick " << n << " axis " << i;
         }
     }
+}
+
+TEST(Controller, RetractsForATurnByTheSetPointWhateverTheCompensation) {
+    CellRig rig;
+    rig.make_ready();
+    ASSERT_EQ(rig.command(link::Verb::disarm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 1000));
+    Compensation leaning;
+    leaning.axis_from_h.row[1] = {0.0, 1.0, 1.5e-4};  // the set-point of y is 60 um below its place at z = -400 mm
+    ASSERT_EQ(rig.set_compensation(leaning).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    std::vector<Item> items = short_job();
+    items.insert(items.end() - 1, Turn{-9'000'000});
+    ASSERT_EQ(rig.open_job(items).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    EXPECT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0 || rig.status().faults != 0; }));
+    EXPECT_EQ(rig.status().faults, 0U) << "turn_not_retracted is " << fault_bit(Fault::turn_not_retracted);
 }
 
 TEST(Controller, SaysThatAHoldIsWhatStopsIt) {

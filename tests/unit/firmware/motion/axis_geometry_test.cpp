@@ -57,7 +57,7 @@ double by_definition(const AxisMap::TurnCoefficients& table, double c) {
 TEST(AxisGeometry, WithoutAMapItIsTheMatrixInTheSameBits) {
     AxisGeometry geometry(kMachine);
     geometry.set(small_matrix());
-    geometry.set(AxisMap{});
+    geometry.set(AxisMap{}, {});
     EXPECT_FALSE(geometry.mapped());
     std::mt19937_64 random(1);
     std::uniform_real_distribution<double> some(-0.4, 0.0);
@@ -74,7 +74,7 @@ TEST(AxisGeometry, AddsTheTablesAsTheyAreDefined) {
     map.backlash = {};
     AxisGeometry geometry(kMachine);
     geometry.set(small_matrix());
-    geometry.set(map);
+    geometry.set(map, {});
     const auto turn = [&](TurnTable t, double c) {
         return by_definition(map.turn[static_cast<std::size_t>(t)], c) * 1e-12;
     };
@@ -103,7 +103,7 @@ TEST(AxisGeometry, AddsTheTablesAsTheyAreDefined) {
 TEST(AxisGeometry, TheInverseLeadsBackToThePicometre) {
     AxisGeometry geometry(kMachine);
     geometry.set(small_matrix());
-    geometry.set(test::sample_map());
+    geometry.set(test::sample_map(), {});
     std::mt19937_64 random(3);
     std::uniform_real_distribution<double> some(0.0, 1.0);
     for (int i = 0; i < 2000; ++i) {
@@ -127,7 +127,7 @@ double worst_ratio(const AxisMap& map, const std::vector<Place>& stops) {
         limits.jerk[i] = kMachine.axis[i].jerk - cost.jerk[i];
     }
     AxisGeometry geometry(kMachine);
-    geometry.set(map);
+    geometry.set(map, {});
     std::vector<AxisPositions> trace;
     for (std::size_t s = 1; s < stops.size(); ++s) {
         Move move;
