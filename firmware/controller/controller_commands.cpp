@@ -177,7 +177,7 @@ Controller::Verdict Controller::jog(const link::Command& command) noexcept {
     }
     AxisPositions end = runner_.set_point();
     end[index(axis)] += rounded(distance * (turn ? kNdegPerDegree : kPmPerMetre));
-    const double retreat = machine_.y_retracted.si() - 1e-6 + 2.0 * runner_.geometry().map_shift_y();
+    const double retreat = machine_.y_retracted.si() - 1e-6 + 2.0 * runner_.geometry().map_shift(index(Axis::y));
     const bool retracted = static_cast<double>(end[index(Axis::y)]) / kPmPerMetre >= retreat;
     if (absolute(distance) > (turn ? kJogLargestTurn : kJogLargest) || (turn && !retracted) ||
         safety::check_travel(machine_, end) || safety::check_keep_out(machine_, runner_.set_point(), end)) {

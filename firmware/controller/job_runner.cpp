@@ -11,7 +11,7 @@ namespace sc {
 namespace {
 
 constexpr double kUnlimited = 1e30;
-/// Points keep this far from the ends of travel, so that compensation cannot push a set-point over them.
+/// Points keep this far from the ends of travel, so that the matrix cannot push a set-point over them.
 constexpr double kTravelMargin = 0.2e-3;
 constexpr std::int64_t kDrainTicks = 3;
 
@@ -105,7 +105,8 @@ bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexce
     for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
         const AxisConfig& config = machine_.axis[index(axis)];
         const double p = place[index(axis)];
-        if (!(p >= config.travel_min + kTravelMargin && p <= config.travel_max - kTravelMargin)) {
+        const double margin = kTravelMargin + geometry_.map_shift(index(axis));
+        if (!(p >= config.travel_min + margin && p <= config.travel_max - margin)) {
             refuse(Refusal::out_of_travel, item, axis, p);
             return false;
         }

@@ -49,7 +49,7 @@ AxisGeometry::AxisGeometry(const MachineConfig& machine) noexcept : machine_(mac
 
 double AxisGeometry::y_shortfall(double y) const noexcept {
     const Vec3& row = compensation_.axis_from_h.row[1];
-    double lowest = ((row.y - 1.0) * y + compensation_.axis_offset.y) - map_shift_y_;
+    double lowest = ((row.y - 1.0) * y + compensation_.axis_offset.y) - map_shift_[index(Axis::y)];
     for (const std::size_t i : {std::size_t{0}, std::size_t{2}}) {
         lowest = lowest + smaller(row[i] * machine_.axis[i].travel_min, row[i] * machine_.axis[i].travel_max);
     }
@@ -58,7 +58,7 @@ double AxisGeometry::y_shortfall(double y) const noexcept {
 
 void AxisGeometry::set(const AxisMap& map, const MapCost& cost) noexcept {
     mapped_ = !map.is_identity();
-    map_shift_y_ = cost.shift[index(Axis::y)];
+    map_shift_ = cost.shift;
     first_ = map.first;
     pivot_ = map.pivot;
     constexpr double kSixth = 1.0 / 6.0;

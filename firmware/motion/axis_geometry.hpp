@@ -31,8 +31,8 @@ public:
 
     /// How far the set-point of Y can lie below a place y, wherever X and Z stand within their travel; 0 or more.
     [[nodiscard]] double y_shortfall(double y) const noexcept;
-    /// Largest correction of Y by the map alone, metres.
-    [[nodiscard]] double map_shift_y() const noexcept { return map_shift_y_; }
+    /// Largest correction of X, Y or Z by the map alone, metres.
+    [[nodiscard]] double map_shift(std::size_t axis) const noexcept { return map_shift_[axis]; }
 
     [[nodiscard]] bool mapped() const noexcept { return mapped_; }
     [[nodiscard]] const Compensation& compensation() const noexcept { return compensation_; }
@@ -51,7 +51,7 @@ private:
     std::array<std::array<std::array<double, kMapCoefficients>, 3>, 3>
         linear_{};                                                      ///< [along][correction of], metres / 6
     std::array<std::array<double, kTurnWrapped>, kTurnTables> turn_{};  ///< metres, degrees or radians / 6
-    double map_shift_y_ = 0.0;
+    std::array<double, kAxisCount> map_shift_{};
     bool turned_ = false;  ///< a table over C is there
     Vec3 pivot_;
     std::array<Backlash, kAxisCount> backlash_;

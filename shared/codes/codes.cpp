@@ -100,7 +100,7 @@ constexpr std::array kRows{
     row(Refusal::bad_override, "bad_override", "the feed override is not within 10..200 %",
         "use 10..200; to stop on the path, hold"),
     row(Refusal::bad_map, "bad_map", "an axis map is malformed, too large or shorter than the travel of its axis",
-        "calibrate again; a correction of more than 0.15 mm is a matter of mechanics"),
+        "calibrate again; a correction of more than 0.3 mm is a matter of mechanics"),
     row(Refusal::map_too_steep, "map_too_steep",
         "an axis map would add more speed, acceleration or jerk to an axis than its share of the limits",
         "look at the named axis and node: an outlier of the measurement, or a take-up of backlash that is too quick"),

@@ -181,6 +181,9 @@ MapFinding check_map(const MachineConfig& machine, const AxisMap& map, MapCost& 
                 sum.add(product(of_turn(TurnTable::tilt_y), lever(i == index(Axis::x) ? 2 : 0)), kC);
             }
         }
+        if (!(sum[1] <= kMapTableSpeedShare * machine.axis[i].speed)) {
+            return sum.blame(Refusal::map_too_steep, 1);
+        }
         sum.add(take_up_bounds(static_cast<double>(map.backlash[i]) * (i == kC ? kTurnGrid : kGrid), map.take_up[i]),
                 MapFinding::kBacklash);
         const AxisConfig& axis = machine.axis[i];

@@ -49,10 +49,11 @@ struct AxisMap {
 };
 
 /// Largest correction of a linear axis (metres) and of C (degrees): a compensation is small.
-inline constexpr double kMapLargestShift = 150e-6;
+inline constexpr double kMapLargestShift = 300e-6;
 inline constexpr double kMapLargestAngle = 0.1;
 /// What a map may add to an axis, of its limits, with every axis at full speed, acceleration and jerk.
-inline constexpr double kMapSpeedShare = 0.01;
+inline constexpr double kMapSpeedShare = 0.02;
+inline constexpr double kMapTableSpeedShare = 0.01;  ///< of that, tables alone: a spike of a measurement is steeper
 inline constexpr double kMapAccelerationShare = 0.05;
 inline constexpr double kMapJerkShare = 0.15;
 

@@ -84,7 +84,7 @@ TEST(AxisMap, NumbersThatAreNoneAndLargeCorrectionsAreRefused) {
         EXPECT_EQ(checked(map).refusal, Refusal::bad_map) << bad;
     }
     AxisMap map;
-    map.turn[static_cast<std::size_t>(TurnTable::shift_z)].fill(200'000'000);
+    map.turn[static_cast<std::size_t>(TurnTable::shift_z)].fill(400'000'000);
     EXPECT_EQ(checked(map).refusal, Refusal::bad_map);
     EXPECT_EQ(checked(map).axis, 2);
     map = {};
