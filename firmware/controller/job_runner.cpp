@@ -14,7 +14,6 @@ constexpr double kUnlimited = 1e30;
 /// Points keep this far from the ends of travel, so that the matrix cannot push a set-point over them.
 constexpr double kTravelMargin = 0.2e-3;
 constexpr std::int64_t kDrainTicks = 3;
-
 constexpr std::size_t kX = index(Axis::x);
 constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
@@ -51,6 +50,11 @@ std::int64_t JobRunner::light_lag_ns() const noexcept {
 }
 
 void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        if (set_point[i] != set_point_[i]) {
+            geometry_.settle(i);
+        }
+    }
     set_point_ = set_point;
     place_ = geometry_.place_of(set_point);
 }
@@ -119,7 +123,6 @@ bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexce
 }
 
 // --- items
-// --------------------------------------------------------------------------------------------------------------
 
 void JobRunner::take_item(ItemQueue& items) noexcept {
     const Item* front = items.front();
@@ -250,7 +253,6 @@ void JobRunner::check_end() noexcept {
 }
 
 // --- dark moves
-// -----------------------------------------------------------------------------------------------------------
 
 void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept {
     const Vec3 from{place_[kX], place_[kY], place_[kZ]};
@@ -365,7 +367,6 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
 }
 
 // --- the path
-// ---------------------------------------------------------------------------------------------------------------
 
 // Inlined into the loops over a tick's frames: a call costs a fifth of it.
 [[gnu::always_inline]] inline void JobRunner::galvo_frame(std::size_t k, double x, double z,

@@ -81,8 +81,10 @@ void AxisGeometry::set(const AxisMap& map, const MapCost& cost) noexcept {
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         const double ticks = map.take_up[i] * 1e9 / static_cast<double>(machine_.control_period_ns);
         const double width = static_cast<double>(map.backlash[i]) * grid_of(i);
+        const AxisConfig& axis = machine_.axis[i];
+        const double jump = 2e-9 * axis.speed * static_cast<double>(machine_.control_period_ns);
         backlash_[i] =
-            map.backlash[i] > 0 ? Backlash(width, kDeadCounts / machine_.axis[i].counts_per_unit, ticks) : Backlash();
+            map.backlash[i] > 0 ? Backlash(width, kDeadCounts / axis.counts_per_unit, ticks, jump) : Backlash();
     }
 }
 

@@ -25,6 +25,8 @@ public:
 
     /// Set-points of a tick. Once a tick: it also follows the way that the axes move, for their backlash.
     [[nodiscard]] AxisPositions set_point_of(const Place& place) noexcept;
+    /// Others move this axis, and its set-point follows it: no crossing of its backlash can be under way.
+    void settle(std::size_t axis) noexcept { backlash_[axis].settle(); }
     /// The place whose set-points are `axes`, with the backlash as it stands. Eight rounds; the map gains two digits
     /// in each.
     [[nodiscard]] Place place_of(const AxisPositions& axes) const noexcept;

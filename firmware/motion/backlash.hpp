@@ -12,17 +12,29 @@ namespace sc::motion {
 class Backlash {
 public:
     Backlash() noexcept = default;
-    /// `width` and `dead` in base units; `dead`: a reversal by less is none. `ticks`: how long a crossing takes.
-    Backlash(double width, double dead, double ticks) noexcept : half_(0.5 * width), dead_(dead), step_(1.0 / ticks) {}
+    /// `width`, `dead` and `jump` in base units; a reversal by less than `dead` is none, nor is a step of more than
+    /// `jump` in one tick a motion. `ticks`: how long a crossing takes.
+    Backlash(double width, double dead, double ticks, double jump = 1e300) noexcept
+        : half_(0.5 * width), dead_(dead), step_(1.0 / ticks), jump_(jump) {}
 
     [[nodiscard]] double offset() const noexcept { return offset_; }
+
+    /// The axis is being moved by others (homing): a crossing is over at once, for nobody follows it.
+    void settle() noexcept {
+        from_ = to_ = offset_ = side_ * half_;
+        u_ = 1.0;
+    }
 
     /// Once a tick, with the place that the load is to have.
     void step(double place) noexcept {
         if (!started_) {
             started_ = true;
-            extreme_ = place;
+            extreme_ = last_ = place;
         }
+        if (absolute(place - last_) > jump_) {
+            extreme_ = place;  // homing has set another zero: nothing has moved
+        }
+        last_ = place;
         if (place > extreme_ + (side_ > 0.0 ? 0.0 : dead_)) {
             side_ = 1.0;
             extreme_ = place;
@@ -55,6 +67,8 @@ private:
     double half_ = 0.0;
     double dead_ = 0.0;
     double step_ = 1.0;
+    double jump_ = 1e300;
+    double last_ = 0.0;
     bool started_ = false;
     double side_ = 0.0;
     double extreme_ = 0.0;

