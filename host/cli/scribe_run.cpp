@@ -118,6 +118,7 @@ private:
         try {
             session.clear();
             client.set_compensation(compensation_of(input_.calibration));
+            client.set_map(axis_map_of(input_.calibration));
             if (options_.override_percent) {
                 note_override(*options_.override_percent);
                 client.command(link::Verb::set_override, *options_.override_percent);

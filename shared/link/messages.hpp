@@ -146,6 +146,33 @@ struct ConfigRequest {
     }
 };
 
+/// Bytes of an axis map (map_codec.hpp) from an offset on, in order; offset 0 begins anew. Answered by CommandReply.
+struct MapChunk {
+    static constexpr std::uint8_t kId = 8;
+    static constexpr std::string_view kName = "map_chunk";
+    std::uint32_t sequence = 0;
+    std::uint16_t offset = 0;
+    Bytes data;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("offset", m.offset), v("data", m.data);
+    }
+};
+
+/// The pieces are whole: check them, and put the map in force. No bytes: no map any more. Answered by CommandReply;
+/// refused while anything moves, and then the map before stays.
+struct SetMap {
+    static constexpr std::uint8_t kId = 9;
+    static constexpr std::string_view kName = "set_map";
+    std::uint32_t sequence = 0;
+    std::uint16_t bytes = 0;
+    std::uint32_t crc = 0;  ///< CRC-32 of all bytes
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("bytes", m.bytes), v("crc", m.crc);
+    }
+};
+
 // --- controller to host -------------------------------------------------------------------------------------------
 
 struct HelloReply {
@@ -234,13 +261,14 @@ struct Status {
     std::uint32_t items_repeated = 0;      ///< items that had arrived before
     std::uint32_t starvations = 0;
     std::uint8_t override_percent = 100;  ///< feed override in force
+    std::uint32_t map_crc = 0;            ///< of the axis map in force, 0 = none
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("cell_time_us", m.cell_time_us), v("state", m.state), v("faults", m.faults), v("first_fault", m.first_fault);
         v("first_fault_axis", m.first_fault_axis), v("limited_by", m.limited_by), v("flags", m.flags);
         v("actual", m.actual), v("pulses_total", m.pulses_total), v("frames_bad", m.frames_bad);
         v("messages_lost", m.messages_lost), v("items_repeated", m.items_repeated), v("starvations", m.starvations);
-        v("override_percent", m.override_percent);
+        v("override_percent", m.override_percent), v("map_crc", m.map_crc);
     }
 };
 enum StatusFlag : std::uint8_t {

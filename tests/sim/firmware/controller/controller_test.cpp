@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "cell_rig.hpp"
+#include "tests/unit/firmware/motion/sample_map.hpp"
 
 namespace sc::test {
 namespace {
@@ -365,6 +366,98 @@ TEST(Controller, TakesAFeedOverrideWithinItsRangeAndTellsIt) {
         EXPECT_EQ(reply.detail, percent);
     }
     EXPECT_TRUE(told(75)) << "a refused override changes nothing";
+}
+
+TEST(Controller, PutsAWholeAxisMapInForceAndNoOther) {
+    CellRig rig;
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    const auto refusal = [](Refusal r) { return static_cast<std::uint16_t>(r); };
+    const auto in_force = [&](std::uint32_t crc) {
+        rig.ticks(50);
+        return rig.status().map_crc == crc;
+    };
+    EXPECT_TRUE(in_force(0));
+    const AxisMap map = sample_map();
+    link::MapBytes bytes{};
+    link::serialise(map, bytes);
+    const auto size = static_cast<std::uint16_t>(bytes.size());
+    const std::uint32_t crc = link::map_crc(map);
+    EXPECT_EQ(rig.commit_map(size, crc).refusal, refusal(Refusal::map_incomplete));
+    EXPECT_EQ(rig.send_map_chunk(0, std::span(bytes).first(200)).refusal, 0);
+    const auto gap = rig.send_map_chunk(400, std::span(bytes).subspan(400, 200));
+    EXPECT_EQ(gap.refusal, refusal(Refusal::map_incomplete));
+    EXPECT_EQ(gap.detail, 200) << "the byte that is wanted";
+    EXPECT_EQ(rig.commit_map(size, crc).refusal, refusal(Refusal::map_incomplete));
+    EXPECT_EQ(rig.set_map(map).refusal, 0);
+    EXPECT_TRUE(in_force(crc));
+    EXPECT_EQ(rig.commit_map(size, crc + 1).refusal, refusal(Refusal::map_incomplete)) << "its checksum is wrong";
+
+    AxisMap steep = map;
+    steep.take_up[1] = 0.010;
+    const auto verdict = rig.set_map(steep);
+    EXPECT_EQ(verdict.refusal, refusal(Refusal::map_too_steep));
+    EXPECT_EQ(MapFinding::from_detail(Refusal::map_too_steep, verdict.detail).axis, 1);
+    EXPECT_TRUE(in_force(crc)) << "a refused map changes nothing";
+
+    ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::homing, 100));
+    EXPECT_EQ(rig.send_map_chunk(0, std::span(bytes).first(200)).refusal, refusal(Refusal::wrong_state));
+    EXPECT_EQ(rig.commit_map(0, 0).refusal, refusal(Refusal::wrong_state));
+    ASSERT_TRUE(rig.until_state(State::idle, 120'000));
+    EXPECT_EQ(rig.commit_map(0, 0).refusal, 0);
+    EXPECT_TRUE(in_force(0));
+}
+
+TEST(Controller, WithAMapItBurnsTheSamePulsesWithinTheLimits) {
+    CellRig rig;
+    rig.make_ready();
+    ASSERT_EQ(rig.command(link::Verb::disarm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 1000));
+    ASSERT_EQ(rig.set_map(sample_map()).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    const std::size_t first = rig.set_points().size();
+    std::vector<Item> items = short_job();
+    items.insert(items.begin(), Turn{-9'000'000});
+    items.insert(items.end() - 1, Turn{9'000'000});
+    ASSERT_EQ(rig.open_job(items).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }, 60'000));
+    EXPECT_EQ(rig.status().faults, 0U);
+    EXPECT_EQ(rig.path_pulses().size(), undisturbed().path_pulses().size());
+    const MachineConfig machine = reference_machine();
+    const auto& points = rig.set_points();
+    for (std::size_t n = first + 3; n < points.size(); ++n) {
+        for (std::size_t i = 0; i < kAxisCount; ++i) {
+            const auto at = [&](std::size_t back) { return static_cast<double>(points[n - back][i]); };
+            const double unit = i == 3 ? 1e-9 : 1e-12;
+            ASSERT_LE(std::abs(at(0) - at(1)) * unit * 1e3, machine.axis[i].speed) << n;
+            ASSERT_LE(std::abs(at(0) - 2.0 * at(1) + at(2)) * unit * 1e6, machine.axis[i].acceleration * 1.001) << n;
+            ASSERT_LE(std::abs(at(0) - 3.0 * (at(1) - at(2)) - at(3)) * unit * 1e9, machine.axis[i].jerk * 1.001)
+                << "tick " << n << " axis " << i;
+        }
+    }
+}
+
+TEST(Controller, RetractsForATurnByTheSetPointWhateverTheCompensation) {
+    CellRig rig;
+    rig.make_ready();
+    ASSERT_EQ(rig.command(link::Verb::disarm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 1000));
+    Compensation leaning;
+    leaning.axis_from_h.row[1] = {0.0, 1.0, 1.5e-4};  // the set-point of y is 60 um below its place at z = -400 mm
+    ASSERT_EQ(rig.set_compensation(leaning).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    std::vector<Item> items = short_job();
+    items.insert(items.end() - 1, Turn{-9'000'000});
+    ASSERT_EQ(rig.open_job(items).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    EXPECT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0 || rig.status().faults != 0; }));
+    EXPECT_EQ(rig.status().faults, 0U) << "turn_not_retracted is " << fault_bit(Fault::turn_not_retracted);
 }
 
 TEST(Controller, SaysThatAHoldIsWhatStopsIt) {

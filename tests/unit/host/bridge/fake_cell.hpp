@@ -67,6 +67,9 @@ public:
     std::vector<HostTime> heartbeats;
     link::SetCompensation compensation;
     std::int32_t override_percent = 100;
+    std::vector<std::uint8_t> map;  ///< pieces so far
+    link::SetMap set_map;
+    int maps_set = 0;
 
 private:
     struct Parcel {
@@ -96,6 +99,8 @@ private:
     void take(const link::Block& m);
     void take(const link::SetCompensation& m);
     void take(const link::ConfigRequest& m);
+    void take(const link::MapChunk& m);
+    void take(const link::SetMap& m);
 
     Trouble trouble_;
     std::mt19937_64 random_;
