@@ -30,7 +30,7 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept
       y_retracted_(machine.y_retracted.si()),
       geometry_(machine),
       field_(Compensation{}, machine.galvo) {
-    set_map({}, {});
+    set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
         galvo_limits_.speed[mirror] = machine.galvo.speed.si();
