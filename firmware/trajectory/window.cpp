@@ -8,13 +8,18 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kCommitShare = 0.3;      ///< of a window, to be written before the next plan at least
-constexpr double kTrustShare = 0.25;      ///< of a plan in force, whose speeds are the guess for the next
-constexpr double kGuessShare = 1.0;       ///< of the acceleration, for the first guess
-constexpr double kRampShare = 0.7;        ///< of the limits, for a ramp on a curve
-constexpr double kMost = 1.002;           ///< excess that is accepted
-constexpr double kOffCurve = 0.05;        ///< of the tolerance
+constexpr double kCommitShare = 0.3;          ///< of a window, to be written before the next plan at least
+constexpr double kTrustShare = 0.25;          ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 1.0;           ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;            ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;               ///< excess that is accepted
+constexpr double kOffCurve = 0.05;            ///< of the tolerance
+constexpr double kOffCurveAtRest = 0.045;     ///< the same, for the choice of a place of rest
+constexpr double kWayIn = 1e6;                ///< weight of a way in to rest that is off the curve
+constexpr std::uint32_t kRestsLookedAt = 48;  ///< nodes
+constexpr std::uint32_t kRestsAUnit = 12;
 constexpr double kMostSpeed = 1.001;      ///< it is looked at in a few places of a cell only
+constexpr double kLevel = 0.65;           ///< of the guess beside it, at least
 constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
 constexpr double kSlack = 0.012;          ///< near the start of a plan that begins moving
 constexpr double kContinueShare = 0.1;    ///< of a window, if the plan in force goes on
@@ -51,6 +56,12 @@ double ramp_jerk(const Limits& limits, const Node& a, const Node& z) noexcept {
     jerk = smaller(jerk, acceleration * square_root(acceleration / (6.0 * h)));
     const double t = 3.0 * h / square_root(kRampShare * smaller(a.cap, z.cap));
     return smaller(jerk, 6.0 * h / (t * t * t));
+}
+
+/// How far the quintic of a ramp from rest leaves the cell; `d2` is at the rest, and `h` leads away from it.
+/// s = h τ³ there, of which the quintic misses τ³ (1 − τ)³ times 1 of τ⁶ and 13.9 of τ⁹ in the middle.
+double off_curve_at_rest(const Node& cell, const Place& d2, double h) noexcept {
+    return h * h * length(along(times(1.0 / 128.0, d2), 13.9 / 384.0 * h, cell.d3));
 }
 
 /// Speed that the curve itself allows, for the guess.
@@ -95,8 +106,7 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
             if (done_ || !find_window(limits, nodes)) {
                 return 0;
             }
-            begin_plan(limits, nodes);
-            return 1;
+            return begin_plan(limits, nodes);
         case Stage::guess_up: guess_up(limits, nodes); return 1;
         case Stage::guess_down: guess_down(limits, nodes); return 1;
         case Stage::backward: backward(limits, nodes); return kUnitsBackward;
@@ -129,18 +139,47 @@ bool WindowPlanner::find_window(const Limits& limits, const Ring<Node>& nodes) n
     return false;
 }
 
-void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept {
+/// Draws the window's end in to where quintics follow the curve to rest there, and from it. Units of work.
+std::uint32_t WindowPlanner::choose_rest(const Limits& limits, const Ring<Node>& nodes) noexcept {
+    const double most = kOffCurveAtRest * limits.tolerance;
+    double least = 1e12;
+    std::uint32_t best = window_;
+    std::uint32_t n = 0;
+    for (; n < kRestsLookedAt && window_ - n > base_ + 2; ++n) {
+        const std::uint32_t w = window_ - n;
+        const Node& before = nodes[w - 1];
+        const double in = off_curve_at_rest(before, along(before.d2, before.h, before.d3), -before.h);
+        const double out = off_curve_at_rest(nodes[w], nodes[w].d2, nodes[w].h);
+        // The way in is planned each time, the way out only if no later plan goes on.
+        const double off = in > most ? kWayIn * in : larger(in, out);
+        if (off < least) {
+            least = off;
+            best = w;
+        }
+        if (off <= most) {
+            break;
+        }
+    }
+    window_ = best;
+    return n / kRestsAUnit;
+}
+
+std::uint32_t WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept {
+    std::uint32_t units = 1;
     if (to_end_ && in_force_ && force_to_end_) {
         // Nothing new: the plan in force already ends the run.
         commit_ = force_target_;
         cursor_ = base_;
         stage_ = Stage::write;
-        return;
+        return units;
+    }
+    if (!to_end_) {
+        units += choose_rest(limits, nodes);
     }
     target_ = to_end_ ? window_ : window_ - 1;
     if (target_ <= base_) {
         give_up(nodes);
-        return;
+        return units;
     }
     tries_ = 0;
     target_length_ = to_end_ ? end_.ramp : nodes[target_].h;
@@ -150,6 +189,7 @@ void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept
         start_jerk_ = fresh_ ? begin_.joint.jerk : start_share_ * ramp_jerk(limits, nodes[base_ - 1], nodes[base_]);
     }
     begin_guess();
+    return units;
 }
 
 namespace {
@@ -342,6 +382,21 @@ void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
     again(limits, nodes);
 }
 
+/// No guess far below its neighbours', so that no trial all but stops between them.
+void WindowPlanner::level_guess(Ring<Node>& nodes) const noexcept {
+    const auto level = [&](Node& node, const Node& beside) noexcept {
+        if (node.slack == 0.0) {
+            node.guess = larger(node.guess, kLevel * beside.guess);
+        }
+    };
+    for (std::uint32_t i = base_; i != target_; ++i) {
+        level(nodes[i + 1], nodes[i]);
+    }
+    for (std::uint32_t i = target_; i != base_; --i) {
+        level(nodes[i - 1], nodes[i]);
+    }
+}
+
 /// Another try about the last one's speeds, or none.
 void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
     ++tries_;
@@ -359,6 +414,7 @@ void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
             Node& node = nodes[i];
             node.guess = larger(node.trial_b, kLeastGuess * node.cap);
         }
+        level_guess(nodes);
     } else {
         begin_guess();
         return;
