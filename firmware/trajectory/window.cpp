@@ -382,18 +382,21 @@ void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
     again(limits, nodes);
 }
 
-/// No guess far below its neighbours', so that no trial all but stops between them.
+/// No guess far below those on both sides of it, so that no trial all but stops between them; and, after a trial that
+/// left the curve, on one side.
 void WindowPlanner::level_guess(Ring<Node>& nodes) const noexcept {
-    const auto level = [&](Node& node, const Node& beside) noexcept {
-        if (node.slack == 0.0) {
-            node.guess = larger(node.guess, kLevel * beside.guess);
-        }
-    };
-    for (std::uint32_t i = base_; i != target_; ++i) {
-        level(nodes[i + 1], nodes[i]);
+    double level = 0.0;
+    for (std::uint32_t i = base_; i != target_ + 1; ++i) {
+        level = larger(nodes[i].guess, kLevel * level);
+        nodes[i].trial_b = level;
     }
-    for (std::uint32_t i = target_; i != base_; --i) {
-        level(nodes[i - 1], nodes[i]);
+    level = 0.0;
+    for (std::uint32_t i = target_ + 1; i-- != base_;) {
+        Node& node = nodes[i];
+        level = larger(node.guess, kLevel * level);
+        if (node.slack == 0.0) {
+            node.guess = crooked_ ? larger(node.trial_b, level) : smaller(node.trial_b, level);
+        }
     }
 }
 
