@@ -18,7 +18,9 @@ constexpr double kOffCurveAtRest = 0.045;     ///< the same, for the choice of a
 constexpr double kWayIn = 1e6;                ///< weight of a way in to rest that is off the curve
 constexpr std::uint32_t kRestsLookedAt = 48;  ///< nodes
 constexpr std::uint32_t kRestsAUnit = 12;
-constexpr double kMostSpeed = 1.001;      ///< it is looked at in a few places of a cell only
+constexpr double kMostSpeed = 1.001;  ///< it is looked at in a few places of a cell only
+constexpr double kLevelLate = 0.8;    ///< the same, if trials leave the curve again and again
+constexpr std::uint32_t kLateTry = 5;
 constexpr double kLevel = 0.65;           ///< of the guess beside it, at least
 constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
 constexpr double kSlack = 0.012;          ///< near the start of a plan that begins moving
@@ -26,6 +28,7 @@ constexpr double kContinueShare = 0.1;    ///< of a window, if the plan in force
 constexpr std::uint32_t kMostParts = 16;  ///< of a cell passed from rest to rest
 constexpr double kChordShare = 0.05;      ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
+constexpr double kLittleStretch = 1.05;      ///< rather than more tries
 constexpr std::uint32_t kGuessesAtOnce = 8;  ///< cells
 constexpr std::uint32_t kTriesFromRest = 8;
 
@@ -182,6 +185,7 @@ std::uint32_t WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes)
         return units;
     }
     tries_ = 0;
+    strayed_ = false;
     target_length_ = to_end_ ? end_.ramp : nodes[target_].h;
     target_jerk_ = target_share_ * (to_end_ ? end_.joint.jerk : ramp_jerk(limits, nodes[target_], nodes[window_]));
     if (resting_) {
@@ -317,7 +321,7 @@ void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to,
     const Excess e = excess(limits, motion);
     if (!(off_curve(from, motion, b0, c0, b1, c1) <= kOffCurve * limits.tolerance)) {
         good_ = false;
-        crooked_ = true;
+        crooked_ = strayed_ = true;
     }
     if (e.jerk > kMost) {
         good_ = false;
@@ -382,20 +386,21 @@ void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
     again(limits, nodes);
 }
 
-/// No guess far below those on both sides of it, so that no trial all but stops between them; and, after a trial that
-/// left the curve, on one side.
+/// No guess far below those on both sides of it, so that no trial all but stops between them; and, after a trial of the
+/// plan that left the curve, on one side.
 void WindowPlanner::level_guess(Ring<Node>& nodes) const noexcept {
+    const double share = strayed_ && tries_ >= kLateTry ? kLevelLate : kLevel;
     double level = 0.0;
     for (std::uint32_t i = base_; i != target_ + 1; ++i) {
-        level = larger(nodes[i].guess, kLevel * level);
+        level = larger(nodes[i].guess, share * level);
         nodes[i].trial_b = level;
     }
     level = 0.0;
     for (std::uint32_t i = target_ + 1; i-- != base_;) {
         Node& node = nodes[i];
-        level = larger(node.guess, kLevel * level);
+        level = larger(node.guess, share * level);
         if (node.slack == 0.0) {
-            node.guess = crooked_ ? larger(node.trial_b, level) : smaller(node.trial_b, level);
+            node.guess = strayed_ ? larger(node.trial_b, level) : smaller(node.trial_b, level);
         }
     }
 }
@@ -403,14 +408,17 @@ void WindowPlanner::level_guess(Ring<Node>& nodes) const noexcept {
 /// Another try about the last one's speeds, or none.
 void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
     ++tries_;
-    if (tries_ >= (resting_ ? kTriesFromRest : kTries)) {
-        if (resting_ && sound_ && !crooked_ && worst_ < 1e3) {
+    const bool last = tries_ >= (resting_ ? kTriesFromRest : kTries);
+    if (last || (resting_ && tries_ > kTries)) {
+        if (resting_ && sound_ && !crooked_ && worst_ < (last ? 1e3 : kLittleStretch)) {
             ++counts_.stretched;
             accept(limits, nodes, worst_ * 1.0001);
             return;
         }
-        give_up(nodes);
-        return;
+        if (last) {
+            give_up(nodes);
+            return;
+        }
     }
     if (sound_) {
         for (std::uint32_t i = base_; i != target_ + 1; ++i) {

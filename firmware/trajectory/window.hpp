@@ -100,6 +100,7 @@ private:
     bool sound_ = false;  ///< the trial has states everywhere
     bool good_ = false;
     bool crooked_ = false;  ///< it leaves the curve
+    bool strayed_ = false;  ///< a trial of the plan did
     double worst_ = 0.0;    ///< stretch that would cure the trial
     double start_share_ = 1.0;
     double target_share_ = 1.0;
