@@ -119,7 +119,7 @@ void place_node(const Limits& limits, const Piece& piece, double u, double sign,
 std::uint32_t Retimer::units(std::uint32_t pieces) noexcept {
     // Build and write once; backward, forward and check, and perhaps a second try of these.
     const std::uint32_t nodes = pieces + static_cast<std::uint32_t>(kCells);
-    return (nodes < kNodes ? nodes : kNodes) * (2 + (3 * (kUnitsBackward + 2)) / 2);
+    return (nodes < kNodes ? nodes : kNodes) * (2 + (3 * (kUnitsBackward + 1 + kUnitsCheck)) / 2);
 }
 
 void Retimer::begin(const RateChange& change) noexcept {
@@ -138,7 +138,7 @@ std::uint32_t Retimer::step(const Limits& limits, const Ring<Piece>& nominal, Ri
         case State::build: build(limits, nominal); break;
         case State::backward: backward(limits); return kUnitsBackward;
         case State::forward: forward(limits); break;
-        case State::check: check(limits, nominal); break;
+        case State::check: check(limits, nominal); return kUnitsCheck;
         case State::write: write(limits, nominal, made); break;
         case State::idle:
         case State::done:

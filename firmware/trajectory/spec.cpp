@@ -75,7 +75,7 @@ std::expected<Limits, Refusal> make_limits(const Spec& spec) noexcept {
     limits.longest_step = larger(fastest / kStepsPerBraking, 0.2 * kLongestCell * spec.speed);
     limits.stub = larger(smaller(30.0 * spec.tolerance, 2.5 * stub), 10.0 * limits.merge);
     limits.window = larger(kBrakingsAhead * slowest, 8.0 * limits.longest_cell);
-    limits.near_rest = kNearRest * limits.window;
+    limits.near_rest = larger(kNearRest * kBrakingsAhead * slowest, limits.longest_cell);
     return limits;
 }
 

@@ -114,7 +114,7 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
         case Stage::guess_down: guess_down(limits, nodes); return 1;
         case Stage::backward: backward(limits, nodes); return kUnitsBackward;
         case Stage::forward: forward(limits, nodes); return 1;
-        case Stage::check: check(limits, nodes); return 1;
+        case Stage::check: check(limits, nodes); return kUnitsCheck;
         case Stage::write:
             if (writer.pieces().free() < kPiecesAtOnce) {
                 return 0;
