@@ -27,7 +27,6 @@ constexpr double kBackShare = 0.7;
 constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
 constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
 constexpr std::uint32_t kSlackTicks = 3;
-constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
 
 /// Time of a stop from the path's speed.
 double stop_time_of(const trajectory::Limits& limits) noexcept {
@@ -517,93 +516,6 @@ void PathMotion::begin_go() noexcept {
         change.end = RateChange::End::free;
     }
     begin_change(Task::go, change);
-}
-
-// --- readers --------------------------------------------------------------------------------------------------------
-
-Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
-    std::uint32_t i = cursor.leg;
-    if (static_cast<std::int32_t>(i - leg_first_) < 0 || static_cast<std::int32_t>(leg_end_ - i) <= 0) {
-        i = leg_end_ - 1;
-    }
-    while (i != leg_first_ && t < leg(i).begin) {
-        --i;
-    }
-    while (i + 1 != leg_end_ && t >= leg(i).end) {
-        ++i;
-    }
-    cursor.leg = i;
-    const Leg& now = leg(i);
-    const bool nominal = now.nominal;
-    const trajectory::Ring<Piece>& ring = nominal ? planner_.pieces() : made_;
-    const std::uint32_t first = nominal ? ring.first() : now.first;
-    const std::uint32_t last = (nominal ? planned_end_ : now.last) - 1;
-    const double u = nominal ? now.u0 + (t - now.begin) * now.rate : t - now.begin;
-    std::uint32_t k = cursor.piece;
-    if (k - first > last - first) {
-        k = nominal ? piece_at(u) : first;
-    }
-    while (k != first && ring[k].start > u) {
-        --k;
-    }
-    while (k != last && ring[k + 1].start <= u) {
-        ++k;
-    }
-    cursor.piece = k;
-    const Piece& piece = ring[k];
-    Segment s;
-    s.piece = &piece;
-    s.rate = nominal ? now.rate : 1.0;
-    s.t0 = nominal ? now.begin + (piece.start - now.u0) * now.slowness : now.begin + piece.start;
-    s.begin = larger(s.t0, now.begin);
-    if (k != last) {
-        const double next = ring[k + 1].start;
-        s.end = smaller(now.begin + (nominal ? (next - now.u0) * now.slowness : next), now.end);
-    } else {
-        s.end = now.end < kOpenEnd ? now.end : s.t0 + piece.duration * now.slowness;
-    }
-    if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
-        // Before the law begins, between two legs at rest, or behind its end.
-        const bool after = t >= s.end;
-        const double at = after ? s.end : s.begin;
-        s.x0 = clamped((at - s.t0) * s.rate, 0.0, piece.duration);
-        s.t0 = t;
-        s.rate = 0.0;
-        s.begin = after ? s.end : -1e30;
-        s.end = after ? (i + 1 != leg_end_ ? leg(i + 1).begin : 1e30) : at;
-        return s;
-    }
-    s.moving = true;
-    return s;
-}
-
-void PathMotion::forget_before(double t) noexcept {
-    if (task_ != Task::none || !open_ || !ready()) {
-        return;
-    }
-    Cursor cursor;
-    const Segment s = segment(t, cursor);
-    while (leg_first_ != cursor.leg) {
-        ++leg_first_;
-    }
-    const Leg& now = leg(cursor.leg);
-    if (!now.nominal) {
-        made_.forget_before(cursor.piece);
-        return;
-    }
-    // Re-timed legs that are still to come keep theirs.
-    std::uint32_t next = cursor.leg;
-    while (next != leg_end_ && leg(next).nominal) {
-        ++next;
-    }
-    made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
-    // Behind the reader the way of a run-in is kept, to back up.
-    const double keep = s.piece->distance[0] - 1.3 * ends_.run_in();
-    trajectory::Ring<Piece>& pieces = planner_.pieces();
-    while (pieces.first() != cursor.piece &&
-           (pieces[pieces.first() + 1].distance[0] < keep || pieces.free() < 4 * trajectory::kPiecesAtOnce)) {
-        pieces.forget_before(pieces.first() + 1);
-    }
 }
 
 }  // namespace sc::motion
