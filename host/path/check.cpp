@@ -63,9 +63,9 @@ std::vector<Vec3> straight_steps(const Piece& piece) {
     std::vector<Vec3> places{piece.from};
     if (piece.circle) {
         const double ratio = std::min(1.0, kStraightError / piece.circle->radius());
-        const double count = std::ceil(piece.circle->angle / (2.0 * std::acos(1.0 - ratio)));
-        for (double i = 1.0; i < count; i += 1.0) {
-            places.push_back(piece.at(i / count));
+        const auto count = static_cast<int>(std::ceil(piece.circle->angle / (2.0 * std::acos(1.0 - ratio))));
+        for (int i = 1; i < count; ++i) {
+            places.push_back(piece.at(static_cast<double>(i) / count));
         }
     }
     places.push_back(piece.to);
