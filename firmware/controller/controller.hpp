@@ -6,6 +6,7 @@
 #include "firmware/controller/job_runner.hpp"
 #include "firmware/drives/drive_master.hpp"
 #include "firmware/hal/io.hpp"
+#include "firmware/laser/head_proof.hpp"
 #include "firmware/link/endpoint.hpp"
 #include "firmware/safety/laser_rule.hpp"
 #include "firmware/safety/supervisor.hpp"
@@ -82,6 +83,8 @@ private:
     safety::Supervisor supervisor_;
     safety::MoSequencer mo_;
     safety::FollowingWatch following_;
+    laser::HeadProof head_;
+    std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
     JobRunner runner_;
 
     drives::Outcome drives_seen_{};

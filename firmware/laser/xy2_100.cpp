@@ -4,12 +4,13 @@
 namespace sc::laser {
 
 FieldMap::FieldMap(const Compensation& compensation, const GalvoConfig& galvo) noexcept
-    : flip_(xy2_100_flip(galvo.convention)) {
+    : format_(galvo.word, galvo.convention) {
+    const double counts_per_metre = galvo.counts_per_metre * format_.scale();
     for (std::size_t i = 0; i < m_.size(); ++i) {
-        m_[i] = compensation.galvo_from_field[i] * galvo.counts_per_metre;
+        m_[i] = compensation.galvo_from_field[i] * counts_per_metre;
     }
     for (std::size_t i = 0; i < offset_.size(); ++i) {
-        offset_[i] = compensation.galvo_offset[i] * galvo.counts_per_metre;
+        offset_[i] = compensation.galvo_offset[i] * counts_per_metre;
     }
 }
 

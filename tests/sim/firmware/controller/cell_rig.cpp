@@ -12,6 +12,7 @@ constexpr std::int32_t kMm = 100'000;  // wire units
 
 CellRig::CellRig(const Options& options) : options_(options) {
     sim::CellOptions cell;
+    cell.machine = options.machine;
     cell.world = std::string(SC_SOURCE_DIR) + "/boards/sim/world/default/world.toml";
     cell.script = sim::parse_fault_script(options.script, "script");
     cell.baud = options.baud;

@@ -30,6 +30,7 @@ public:
         bool with_default_errors = true;
         std::uint32_t baud = 921'600;
         std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
+        MachineConfig machine = reference_machine();
         sim::MakeController controller = sim::make_local_controller;
     };
     CellRig() : CellRig(Options{}) {}

@@ -332,6 +332,66 @@ TEST(Controller, RefusesToArmWhileTheLaserOrTheEnclosureIsNotReady) {
     }
 }
 
+/// Enabled and homed, not armed.
+void make_idle(CellRig& rig) {
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::homing, 100));
+    ASSERT_TRUE(rig.until_state(State::idle, 120'000));
+}
+
+TEST(Controller, RefusesToArmUntilTheGalvosConventionIsSet) {
+    CellRig::Options options;
+    options.machine.galvo.convention = GalvoConvention::unset;
+    CellRig rig(options);
+    make_idle(rig);
+    EXPECT_EQ(static_cast<Refusal>(rig.command(link::Verb::arm).refusal), Refusal::galvo_convention_unset);
+    EXPECT_EQ(rig.state(), State::idle);
+}
+
+TEST(Controller, MasterOscillatorComesOnOnlyThroughAProvenHeadAndAfterItsWarning) {
+    CellRig rig;
+    make_idle(rig);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::arming, 10));
+    int warned = 0;
+    while (!rig.cell().latest().digital.master_oscillator) {
+        EXPECT_TRUE(rig.cell().latest().digital.light_yellow) << "emission warning";
+        ASSERT_LT(++warned, 1000);
+        rig.ticks(1);
+    }
+    EXPECT_EQ(warned, 500);
+    ASSERT_TRUE(rig.until_state(State::armed, 20));
+    EXPECT_EQ(rig.pulses().size(), 0U);
+}
+
+TEST(Controller, NoHeadMeansNoArming) {
+    // A converter that says "all well" for ever has no head; a line that floats is not even well.
+    for (const auto& [what, fault] :
+         {std::pair{"absent", Fault::galvo_absent}, std::pair{"float_high", Fault::galvo_not_ready},
+          std::pair{"float_low", Fault::galvo_not_ready}}) {
+        CellRig::Options options;
+        options.script = std::string("at 0.1 galvo ") + what + "\n";
+        CellRig rig(options);
+        make_idle(rig);
+        ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+        bool lit = false;
+        ASSERT_TRUE(rig.until(
+            [&] {
+                lit = lit || rig.cell().latest().digital.master_oscillator;
+                return rig.state() == State::fault;
+            },
+            1000))
+            << what;
+        rig.ticks(50);
+        EXPECT_EQ(rig.status().first_fault, static_cast<std::uint8_t>(fault)) << what;
+        EXPECT_FALSE(lit) << what;
+    }
+}
+
 TEST(PathMotion, IsLateOnABoardThatGivesItNoTime) {
     // The plan step is not called: the work of a tick is not done by the next (the controller then trips planner_late).
     auto path = std::make_unique<motion::PathMotion>();
@@ -389,7 +449,7 @@ TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
     const std::vector<Case> cases{
         {[](auto& items) { items[10] = PathPoint{-60'000'000, 0, 0}; }, Refusal::out_of_travel, 10},
         {[](auto& items) { items[11] = PathPoint{-25'000'000, -31'900'000, -48'500'000}; }, Refusal::in_keep_out, 11},
-        {[](auto& items) { items[2] = PathPoint{-22'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field,
+        {[](auto& items) { items[2] = PathPoint{-18'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field,
          2},
         {[](auto& items) { items[0] = Turn{40'000'000}; }, Refusal::turn_out_of_range, 0},
         {[](auto& items) { std::get<PathBegin>(items[1]).speed_um_s = 0; }, Refusal::bad_speed, 1},
