@@ -59,6 +59,7 @@ private:
     [[nodiscard]] Verdict set_override(const link::Command& command) noexcept;
     [[nodiscard]] LimitedBy limited_by() const noexcept;
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
+    [[nodiscard]] Verdict set_galvo_field(const link::SetGalvoField& message) noexcept;
 
     void watch_inputs(const ServoInputs& in) noexcept;
     void watch_drives(const ServoInputs& in) noexcept;
@@ -85,6 +86,8 @@ private:
     safety::FollowingWatch following_;
     laser::HeadProof head_;
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
+    GalvoField field_;               ///< as it comes over the link, in part
+    std::size_t field_numbers_ = 0;
     JobRunner runner_;
 
     drives::Outcome drives_seen_{};

@@ -26,6 +26,7 @@ struct LinkEvent {
         command,
         job_open,
         compensation,
+        galvo_field,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
     };
@@ -33,6 +34,7 @@ struct LinkEvent {
     Command command;
     JobOpen job_open;
     SetCompensation compensation;
+    SetGalvoField galvo_field;
 };
 
 /// Monotonic counts since start.
@@ -129,6 +131,7 @@ private:
     void on(const Block& /*block*/) noexcept {}  ///< see take_block
     void take_block(std::span<const std::uint8_t> payload) noexcept;
     void on(const SetCompensation& compensation) noexcept;
+    void on(const SetGalvoField& field) noexcept;
     void on(const ConfigRequest& request) noexcept;
     [[nodiscard]] Refusal judge(const Hello& hello) const noexcept;
     void request(std::uint32_t sequence, const LinkEvent& event) noexcept;

@@ -12,6 +12,7 @@
 #include "host/bridge/transport.hpp"
 #include "host/bridge/wire.hpp"
 #include "shared/codes/state.hpp"
+#include "shared/machine/galvo_field.hpp"
 #include "shared/machine/machine.hpp"
 
 namespace sc::host {
@@ -39,6 +40,8 @@ public:
     [[nodiscard]] MachineConfig read_config();
     /// The following throw CellRefused with the controller's reason, LinkError without an answer.
     void set_compensation(const Compensation& compensation);
+    /// An empty field takes the one in force away.
+    void set_galvo_field(const GalvoField& field);
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
     /// Sends without waiting for an answer (`ack` will show it).

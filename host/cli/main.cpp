@@ -13,6 +13,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell scribe                     the main job, on the simulated cell
   scribecell scribe --dry-run           what it would burn
   scribecell replay inputs.rec          the controller again, with recorded inputs
+  scribecell calibrate galvo-field      the galvo's field correction, from burnt crosses
   scribecell monitor --once             state of a cell
   scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell doctor                     what is installed, connected, missing
@@ -37,6 +38,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_version(app, exit_code);
+        sc::host::cli::add_calibrate(app, exit_code);
         sc::host::cli::add_bench(app, exit_code);
         try {
             app.parse(argc, argv);

@@ -18,6 +18,7 @@ void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_version(CLI::App& app, int& exit_code);
+void add_calibrate(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 
 }  // namespace sc::host::cli

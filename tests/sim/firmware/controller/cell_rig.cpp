@@ -136,6 +136,12 @@ link::CommandReply CellRig::set_compensation(const Compensation& compensation) {
     return reply_to(message.sequence);
 }
 
+link::CommandReply CellRig::set_galvo_field(link::SetGalvoField message) {
+    message.sequence = ++sequence_;
+    send(message);
+    return reply_to(message.sequence);
+}
+
 link::CommandReply CellRig::reply_to(std::uint32_t sequence) {
     if (!until([&] { return replies_.contains(sequence); }, 1000)) {
         throw std::runtime_error("no reply");

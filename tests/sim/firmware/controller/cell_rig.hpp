@@ -53,6 +53,7 @@ public:
     /// Enable, home, arm.
     void make_ready();
     link::CommandReply set_compensation(const Compensation& compensation);
+    link::CommandReply set_galvo_field(link::SetGalvoField message);
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }

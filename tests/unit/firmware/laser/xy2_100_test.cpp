@@ -63,27 +63,5 @@ TEST(Xy2100, KnownFrames) {
     EXPECT_EQ(xy2_100_word(0x20000, GalvoConvention::twos_complement, GalvoWord::bits18), 0xC0001U);
 }
 
-TEST(FieldMap, AppliesTheFieldCorrectionAndClamps) {
-    Compensation c;
-    c.galvo_from_field = {1.01, 0.002, -0.003, 0.99};
-    c.galvo_offset = {-1e-4, 2e-4};
-    GalvoConfig galvo;
-    galvo.counts_per_metre = 1e6;
-    galvo.convention = GalvoConvention::offset_binary;
-    const FieldMap map(c, galvo);
-    const auto counts = map.counts(0.01, -0.005);
-    EXPECT_EQ(counts[0], 10'100 - 10 - 100);
-    EXPECT_EQ(counts[1], -30 - 4'950 + 200);
-    EXPECT_EQ(map.counts(1.0, -1.0)[0], 32767);
-    EXPECT_EQ(map.counts(1.0, -1.0)[1], -32767);
-    EXPECT_EQ(map.words(0.01, -0.005)[0], xy2_100_word(10'100 - 10 - 100, GalvoConvention::offset_binary));
-    EXPECT_EQ(map.words(0.01, -0.005)[1], xy2_100_word(-30 - 4'950 + 200, GalvoConvention::offset_binary));
-    EXPECT_EQ(map.words(-1.0, 1.0)[0], xy2_100_word(-32767, GalvoConvention::offset_binary));
-    galvo.word = GalvoWord::bits18;
-    const FieldMap fine(c, galvo);
-    EXPECT_EQ(fine.counts(0.01, -0.005)[0], 4 * 9'990);
-    EXPECT_EQ(fine.counts(1.0, -1.0)[0], 131'071);
-}
-
 }  // namespace
 }  // namespace sc::laser

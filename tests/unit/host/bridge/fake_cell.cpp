@@ -245,6 +245,12 @@ void FakeCell::take(const link::SetCompensation& m) {
     answer(m.sequence, Refusal::none);
 }
 
+void FakeCell::take(const link::SetGalvoField& m) {
+    galvo_field.insert(galvo_field.end(), m.numbers.begin(), m.numbers.begin() + m.count);
+    galvo_field_ended = m.count == 0;
+    answer(m.sequence, Refusal::none);
+}
+
 void FakeCell::take(const link::ConfigRequest& m) {
     const auto bytes = config_bytes(machine);
     link::ConfigChunk chunk;

@@ -66,6 +66,8 @@ public:
     int jobs_opened = 0;
     std::vector<HostTime> heartbeats;
     link::SetCompensation compensation;
+    std::vector<double> galvo_field;  ///< numbers as they have come
+    bool galvo_field_ended = false;   ///< and the message that ends them
     std::int32_t override_percent = 100;
 
 private:
@@ -95,6 +97,7 @@ private:
     void take(const link::JobOpen& m);
     void take(const link::Block& m);
     void take(const link::SetCompensation& m);
+    void take(const link::SetGalvoField& m);
     void take(const link::ConfigRequest& m);
 
     Trouble trouble_;
