@@ -47,6 +47,9 @@ TEST(Xy2100, AFormatReadsItsOwnWords) {
             const WordFormat format(word, convention);
             for (int p = -format.most(); p <= format.most(); p += 7) {
                 ASSERT_EQ(format.position(format.word(p)), p);
+                const std::uint32_t known = word == GalvoWord::bits16 ? format.clamped_word<GalvoWord::bits16>(p)
+                                                                      : format.clamped_word<GalvoWord::bits18>(p);
+                ASSERT_EQ(known, format.word(p));
             }
         }
     }
