@@ -29,13 +29,15 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 template <GalvoWord kWord, bool kDepth>
 void put_frames(const motion::Segment& segment, const laser::FieldPatch& patch, const motion::Place& anchor, double t,
                 double k, double period, std::span<GalvoFrame> frames) noexcept {
-    const auto& [path_x, path_y, path_z, path_c] = segment.piece->axis;
+    const trajectory::Quintic& path_x = segment.piece->axis[kX];
+    [[maybe_unused]] const trajectory::Quintic& path_y = segment.piece->axis[kY];
+    const trajectory::Quintic& path_z = segment.piece->axis[kZ];
     for (GalvoFrame& frame : frames) {
         const double at = segment.x(t + k * period);
-        const double x = value(path_x, at) - anchor[kX];
-        const double z = value(path_z, at) - anchor[kZ];
+        const double x = trajectory::value(path_x, at) - anchor[kX];
+        const double z = trajectory::value(path_z, at) - anchor[kZ];
         if constexpr (kDepth) {
-            put_frame(frame, x, z, patch.words_at<kWord>({x, z, value(path_y, at) - anchor[kY]}));
+            put_frame(frame, x, z, patch.words_at<kWord>({x, z, trajectory::value(path_y, at) - anchor[kY]}));
         } else {
             put_frame(frame, x, z, patch.words_at<kWord>(x, z));
         }

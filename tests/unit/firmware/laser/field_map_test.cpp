@@ -148,8 +148,8 @@ TEST(FieldMap, WordsOfAKnownWidthAreTheSameWords) {
         const FieldPatch patch = map.patch(0.02, -0.03, 0.0004);
         for (double u = -5e-4; u < 5e-4; u += 1e-6) {
             const FieldPatch::Place p{0.02 + u, -0.03 - 0.3 * u, 0.0004 + 0.1 * u};
-            const auto known = word == GalvoWord::bits16 ? patch.words_at<GalvoWord::bits16>(p)
-                                                         : patch.words_at<GalvoWord::bits18>(p);
+            const auto known =
+                word == GalvoWord::bits16 ? patch.words_at<GalvoWord::bits16>(p) : patch.words_at<GalvoWord::bits18>(p);
             ASSERT_EQ(known, patch.words(p));
         }
         map.set(GalvoField{});
