@@ -254,6 +254,7 @@ void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
         status.first_fault_axis = supervisor_.first_fault().axis;
         status.limited_by = static_cast<std::uint8_t>(limited_by());
         status.override_percent = runner_.feed_override_percent();
+        status.map_crc = map_crc_;
         const auto flag = [&](bool on, link::StatusFlag bit) noexcept {
             status.flags = static_cast<std::uint8_t>(status.flags | (on ? static_cast<unsigned>(bit) : 0U));
         };

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "firmware/controller/job_runner.hpp"
+#include "firmware/controller/map_intake.hpp"
 #include "firmware/drives/drive_master.hpp"
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/head_proof.hpp"
@@ -61,6 +62,10 @@ private:
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
     [[nodiscard]] Verdict set_galvo_field(const link::SetGalvoField& message) noexcept;
 
+    [[nodiscard]] bool geometry_may_change() const noexcept;
+    [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;
+    [[nodiscard]] Verdict set_map(const link::SetMap& message) noexcept;
+
     void watch_inputs(const ServoInputs& in) noexcept;
     void watch_drives(const ServoInputs& in) noexcept;
     void watch_link(const ServoInputs& in) noexcept;
@@ -89,6 +94,8 @@ private:
     GalvoField field_;               ///< as it comes over the link, in part
     std::size_t field_numbers_ = 0;
     JobRunner runner_;
+    MapIntake map_intake_;
+    std::uint32_t map_crc_ = 0;  ///< of the map in force
 
     drives::Outcome drives_seen_{};
     std::uint8_t home_stage_ = 0;  ///< 0: y, 1: x and z, 2: C

@@ -55,6 +55,16 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                 link_.reply(event.compensation.sequence, verdict.refusal, verdict.detail);
                 break;
             }
+            case link::LinkEvent::Kind::map_chunk: {
+                const Verdict verdict = take_map_chunk(event.map_chunk);
+                link_.reply(event.map_chunk.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+            case link::LinkEvent::Kind::set_map: {
+                const Verdict verdict = set_map(event.set_map);
+                link_.reply(event.set_map.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
         }
     }
 }
@@ -172,7 +182,8 @@ Controller::Verdict Controller::jog(const link::Command& command) noexcept {
     }
     AxisPositions end = runner_.set_point();
     end[index(axis)] += rounded(distance * (turn ? kNdegPerDegree : kPmPerMetre));
-    const bool retracted = static_cast<double>(end[index(Axis::y)]) / kPmPerMetre >= machine_.y_retracted.si() - 1e-6;
+    const double retreat = machine_.y_retracted.si() - 1e-6 + 2.0 * runner_.geometry().map_shift(index(Axis::y));
+    const bool retracted = static_cast<double>(end[index(Axis::y)]) / kPmPerMetre >= retreat;
     if (absolute(distance) > (turn ? kJogLargestTurn : kJogLargest) || (turn && !retracted) ||
         safety::check_travel(machine_, end) || safety::check_keep_out(machine_, runner_.set_point(), end)) {
         return {Refusal::jog_out_of_range, command.arg0};
@@ -208,8 +219,47 @@ Controller::Verdict Controller::open(const link::JobOpen& job) noexcept {
     return {};
 }
 
+bool Controller::geometry_may_change() const noexcept {
+    return (state() == State::boot || state() == State::disabled || state() == State::idle) && runner_.at_rest();
+}
+
+Controller::Verdict Controller::take_map_chunk(const link::MapChunk& m) noexcept {
+    if (!geometry_may_change()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (!map_intake_.take(m.offset, std::span(m.data.data).first(m.data.size))) {
+        return {Refusal::map_incomplete, static_cast<std::int64_t>(map_intake_.size())};
+    }
+    return {};
+}
+
+Controller::Verdict Controller::set_map(const link::SetMap& m) noexcept {
+    if (!geometry_may_change()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    MapCost cost;
+    if (m.bytes == 0) {
+        runner_.set_map({}, cost);
+        map_crc_ = 0;
+        return {};
+    }
+    if (!map_intake_.whole(m.bytes, m.crc)) {
+        return {Refusal::map_incomplete, static_cast<std::int64_t>(map_intake_.size())};
+    }
+    const std::optional<AxisMap> map = map_intake_.map();
+    if (!map) {
+        return {Refusal::bad_map, 0};
+    }
+    if (const MapFinding finding = check_map(machine_, *map, cost); finding.refusal != Refusal::none) {
+        return {finding.refusal, finding.detail()};
+    }
+    runner_.set_map(*map, cost);
+    map_crc_ = map->is_identity() ? 0 : m.crc;
+    return {};
+}
+
 Controller::Verdict Controller::set_compensation(const link::SetCompensation& m) noexcept {
-    if ((state() != State::boot && state() != State::disabled && state() != State::idle) || !runner_.at_rest()) {
+    if (!geometry_may_change()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
     }
     Compensation c;
@@ -245,7 +295,7 @@ Controller::Verdict Controller::set_compensation(const link::SetCompensation& m)
 }
 
 Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) noexcept {
-    if ((state() != State::boot && state() != State::disabled && state() != State::idle) || !runner_.at_rest()) {
+    if (!geometry_may_change()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
     }
     if (m.first == 0) {

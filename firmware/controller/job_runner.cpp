@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "firmware/motion/axis_map.hpp"
 #include "firmware/safety/watch.hpp"
 #include "shared/math/scalar.hpp"
 
@@ -13,10 +12,9 @@ namespace {
 using trajectory::value;
 
 constexpr double kUnlimited = 1e30;
-/// Points keep this far from the ends of travel, so that compensation cannot push a set-point over them.
+/// Points keep this far from the ends of travel, so that the matrix cannot push a set-point over them.
 constexpr double kTravelMargin = 0.2e-3;
 constexpr std::int64_t kDrainTicks = 3;
-
 constexpr std::size_t kX = index(Axis::x);
 constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
@@ -26,14 +24,9 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 
 }  // namespace
 
-JobRunner::JobRunner(const MachineConfig& machine) noexcept : machine_(machine), field_(machine.galvo) {
-    for (std::size_t i = 0; i < kAxisCount; ++i) {
-        stage_limits_.speed[i] = machine.axis[i].speed;
-        stage_limits_.acceleration[i] = machine.axis[i].acceleration;
-        stage_limits_.jerk[i] = machine.axis[i].jerk;
-    }
-    path_limits_ = stage_limits_;
-    path_limits_.speed[kC] = path_limits_.acceleration[kC] = path_limits_.jerk[kC] = 0.0;
+JobRunner::JobRunner(const MachineConfig& machine) noexcept
+    : machine_(machine), y_retracted_(machine.y_retracted.si()), geometry_(machine), field_(machine.galvo) {
+    set_map({}, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
         galvo_limits_.speed[mirror] = machine.galvo.speed.si();
@@ -53,14 +46,39 @@ std::int64_t JobRunner::light_lag_ns() const noexcept {
 }
 
 void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        if (set_point[i] != set_point_[i]) {
+            geometry_.settle(i);
+        }
+    }
     set_point_ = set_point;
-    place_ = motion::place_of(compensation_, set_point);
+    place_ = geometry_.place_of(set_point);
 }
 
 void JobRunner::set_compensation(const Compensation& compensation) noexcept {
-    compensation_ = compensation;
+    geometry_.set(compensation);
+    set_retreat();
     field_.set(compensation);
-    place_ = motion::place_of(compensation_, set_point_);
+    place_ = geometry_.place_of(set_point_);
+}
+
+void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        const AxisConfig& axis = machine_.axis[i];
+        stage_limits_.speed[i] = axis.speed - cost.speed[i];
+        stage_limits_.acceleration[i] = axis.acceleration - cost.acceleration[i];
+        stage_limits_.jerk[i] = axis.jerk - cost.jerk[i];
+    }
+    path_limits_ = stage_limits_;
+    path_limits_.speed[kC] = path_limits_.acceleration[kC] = path_limits_.jerk[kC] = 0.0;
+    geometry_.set(map, cost);
+    set_retreat();
+    place_ = geometry_.place_of(set_point_);
+}
+
+/// A turn is watched by the set-point of y: the place to retract to is one whose set-point is retracted.
+void JobRunner::set_retreat() noexcept {
+    machine_.y_retracted = Length::from_si(y_retracted_ + geometry_.y_shortfall(y_retracted_));
 }
 
 void JobRunner::start_job() noexcept {
@@ -89,7 +107,8 @@ bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexce
     for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
         const AxisConfig& config = machine_.axis[index(axis)];
         const double p = place[index(axis)];
-        if (!(p >= config.travel_min + kTravelMargin && p <= config.travel_max - kTravelMargin)) {
+        const double margin = kTravelMargin + geometry_.map_shift(index(axis));
+        if (!(p >= config.travel_min + margin && p <= config.travel_max - margin)) {
             refuse(Refusal::out_of_travel, item, axis, p);
             return false;
         }
@@ -102,7 +121,6 @@ bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexce
 }
 
 // --- items
-// --------------------------------------------------------------------------------------------------------------
 
 void JobRunner::take_item(ItemQueue& items) noexcept {
     const Item* front = items.front();
@@ -235,7 +253,6 @@ void JobRunner::check_end() noexcept {
 }
 
 // --- dark moves
-// -----------------------------------------------------------------------------------------------------------
 
 void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept {
     const Vec3 from{place_[kX], place_[kY], place_[kZ]};
@@ -345,7 +362,6 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
 }
 
 // --- the path
-// ---------------------------------------------------------------------------------------------------------------
 
 void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept {
     if (!may_mark) {
@@ -539,7 +555,7 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::jog: move_step(out); break;
         case Phase::path: path_step(may_mark, out); break;
     }
-    set_point_ = motion::set_point_of(compensation_, place_);
+    set_point_ = geometry_.set_point_of(place_);
     return in_time;
 }
 

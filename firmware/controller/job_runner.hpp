@@ -6,6 +6,7 @@
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/field_map.hpp"
 #include "firmware/laser/pulse_placer.hpp"
+#include "firmware/motion/axis_geometry.hpp"
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/path_motion.hpp"
 #include "shared/codes/codes.hpp"
@@ -51,6 +52,9 @@ public:
     void stand_at(const AxisPositions& set_point) noexcept;
     /// New geometry; the set-points stay, the place in h changes. Only while nothing moves.
     void set_compensation(const Compensation& compensation) noexcept;
+    /// Another axis map, which check_map has passed with this cost: motion in h keeps so far below the axes' limits
+    /// that the set-points keep them. Only while nothing moves.
+    void set_map(const AxisMap& map, const MapCost& cost) noexcept;
 
     /// Feed override, 10..200 % of the programmed speed of paths (the controller has checked it); 100 at the start.
     /// Kept from job to job. Any time.
@@ -95,12 +99,14 @@ public:
     /// Path speed at the tick's first pulse, m/s (0 without pulses).
     [[nodiscard]] double pulse_speed() const noexcept { return pulse_speed_; }
 
+    [[nodiscard]] const motion::AxisGeometry& geometry() const noexcept { return geometry_; }
     [[nodiscard]] Phase phase() const noexcept { return phase_; }
     [[nodiscard]] const motion::PathMotion& motion() const noexcept { return motion_; }
     /// Settings of the present path, or the last.
     [[nodiscard]] const PathBegin& path() const noexcept { return path_; }
 
 private:
+    void set_retreat() noexcept;
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
@@ -129,7 +135,8 @@ private:
     [[nodiscard]] double seconds(std::int64_t ticks) const noexcept;
 
     MachineConfig machine_;
-    Compensation compensation_;
+    double y_retracted_;  ///< as the machine has it, for set-points; machine_ holds the place in h
+    motion::AxisGeometry geometry_;
     motion::AxisLimits stage_limits_;
     motion::AxisLimits path_limits_;  ///< of the stage on a path: C stands
     motion::AxisLimits galvo_limits_;

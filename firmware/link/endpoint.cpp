@@ -122,6 +122,20 @@ void Endpoint::on(const SetCompensation& compensation) noexcept {
     request(compensation.sequence, event);
 }
 
+void Endpoint::on(const MapChunk& chunk) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::map_chunk;
+    event.map_chunk = chunk;
+    request(chunk.sequence, event);
+}
+
+void Endpoint::on(const SetMap& map) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::set_map;
+    event.set_map = map;
+    request(map.sequence, event);
+}
+
 void Endpoint::on(const SetGalvoField& field) noexcept {
     LinkEvent event;
     event.kind = LinkEvent::Kind::galvo_field;

@@ -19,13 +19,16 @@
 
 namespace sc::link {
 
-/// Something the controller must decide on. A command, job_open or compensation is owed a `reply` with its sequence.
+/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map or galvo_field
+/// is owed a `reply` with its sequence.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
         command,
         job_open,
         compensation,
+        map_chunk,
+        set_map,
         galvo_field,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
@@ -34,6 +37,8 @@ struct LinkEvent {
     Command command;
     JobOpen job_open;
     SetCompensation compensation;
+    MapChunk map_chunk;
+    SetMap set_map;
     SetGalvoField galvo_field;
 };
 
@@ -133,6 +138,8 @@ private:
     void on(const SetCompensation& compensation) noexcept;
     void on(const SetGalvoField& field) noexcept;
     void on(const ConfigRequest& request) noexcept;
+    void on(const MapChunk& chunk) noexcept;
+    void on(const SetMap& map) noexcept;
     [[nodiscard]] Refusal judge(const Hello& hello) const noexcept;
     void request(std::uint32_t sequence, const LinkEvent& event) noexcept;
     void answer_unremembered(std::uint32_t sequence, Refusal refusal) noexcept;

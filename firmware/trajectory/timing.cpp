@@ -12,6 +12,7 @@ constexpr double kLevel = 1e-13;        ///< a factor of u that is but rounding
 constexpr double kLeastShare = 0.15;    ///< of the guess, below which b is not let fall
 constexpr std::uint32_t kMostCuts = 6;  ///< of the next set, to where there is a u at all
 constexpr double kLeastPart = 0.02;     ///< of an edge, that a change of the limit is away from its ends
+constexpr double kCapSlack = 1.0 + 1e-9;
 constexpr double kSteepest = 20.0;      ///< c, per greatest acceleration
 
 /// b·B + c·C + u·U ≤ R
@@ -295,6 +296,8 @@ bool backward_step(const Limits& limits, Node& node, const Node& next, Workspace
     set.clip(-1.0, 0.0, -kLeastShare * node.guess);
     // The middle Bernstein coefficient of b over the cell: with it b stays above zero between the nodes too.
     set.clip(-1.0, -0.5 * h, -kLeastShare * smaller(node.guess, next.guess));
+    // And below the greatest, which it would pass on a rise that the next node takes back.
+    set.clip(1.0, 0.5 * h, larger(node.cap, next.cap) * kCapSlack);
     clip_state(limits, node, set);
     const State in_force{node.b, node.c};
     set.simplify(StoredPolygon::kCapacity, node.slack > 0.0 ? &in_force : nullptr);

@@ -259,7 +259,7 @@ void drop_first(Stretch& stretch) noexcept {
 /// In parts, so that the distance, a quintic in each, is true to some nanometres where the speed dips.
 void TrajectoryWriter::write_corner(const Stretch& last, Phase a, const Stretch& next, Phase b, double duration,
                                     std::uint32_t item) noexcept {
-    const int parts = dot(last.direction, next.direction) < kSharpCosine ? 4 : 2;
+    const int parts = dot(last.direction, next.direction) < kSharpCosine ? 4 : 3;
     const double part = duration / parts;
     for (int i = 0; i < parts; ++i) {
         write_both(last, a, next, b, part, item);

@@ -11,7 +11,7 @@
 namespace sc::trajectory {
 
 /// Free pieces that a step of the planner needs: a corner, and the first of what is behind it.
-inline constexpr std::uint32_t kPiecesAtOnce = 32;
+inline constexpr std::uint32_t kPiecesAtOnce = 40;
 
 /// Phases of constant jerk along a line, place = origin + s · direction. A whole straight run, or the ramp that a curve
 /// begins or ends with.

@@ -401,10 +401,10 @@ void WindowPlanner::commit_to(const Ring<Node>& nodes, double length) noexcept {
     if (!force_to_end_) {
         const double s = nodes[base_].s + length;
         std::uint32_t m = base_ + 1;
-        while (m < force_target_ && nodes[m].s < s) {
+        // A cell short of its end the plan in force is still moving: the next plan begins there at the latest.
+        while (m + 1 < force_target_ && nodes[m].s < s) {
             ++m;
         }
-        // A cell short of its end the plan in force is still moving.
         commit_ = m;
     }
     cursor_ = base_;

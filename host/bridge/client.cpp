@@ -9,6 +9,7 @@
 
 #include "shared/hash/crc.hpp"
 #include "shared/link/config.hpp"
+#include "shared/link/map_codec.hpp"
 #include "shared/link/schema.hpp"
 
 namespace sc::host {
@@ -29,6 +30,13 @@ std::string hex(std::uint64_t value) {
 std::string axis_name(std::uint8_t axis) { return axis < kAxisCount ? std::string(1, "XYZC"[axis]) : "?"; }
 
 }  // namespace
+
+std::string describe_map_place(const MapFinding& finding) {
+    const std::string axis = "set-point of " + axis_name(finding.axis);
+    return finding.along == MapFinding::kBacklash
+               ? axis + ", backlash"
+               : axis + ", table along " + axis_name(finding.along) + ", node " + std::to_string(finding.node);
+}
 
 std::string name_of(link::Verb verb) {
     switch (verb) {
@@ -251,6 +259,41 @@ void CellClient::set_galvo_field(const GalvoField& field) {
     }
     message = {.first = static_cast<std::uint16_t>(numbers)};
     request(send, "set galvo field");
+}
+
+void CellClient::set_map(const AxisMap& map) {
+    link::MapBytes bytes{};
+    link::SetMap set;
+    if (!map.is_identity()) {
+        link::serialise(map, bytes);
+        set.bytes = static_cast<std::uint16_t>(bytes.size());
+        set.crc = crc32(bytes);
+    }
+    link::MapChunk chunk;
+    for (std::size_t offset = 0; offset < set.bytes; offset += chunk.data.size) {
+        chunk.offset = static_cast<std::uint16_t>(offset);
+        chunk.data.size = static_cast<std::uint8_t>(std::min(chunk.data.data.size(), bytes.size() - offset));
+        std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), chunk.data.size, chunk.data.data.begin());
+        const auto send = [&](std::uint32_t sequence) {
+            chunk.sequence = sequence;
+            wire_.send(chunk);
+        };
+        request(send, "take a piece of the axis map");
+    }
+    const auto send = [&](std::uint32_t sequence) {
+        set.sequence = sequence;
+        wire_.send(set);
+    };
+    try {
+        request(send, "set the axis map");
+    } catch (const CellRefused& refused) {
+        if (refused.refusal != Refusal::bad_map && refused.refusal != Refusal::map_too_steep) {
+            throw;
+        }
+        throw CellRefused(std::string(refused.what()) + " (" +
+                              describe_map_place(MapFinding::from_detail(refused.refusal, refused.detail)) + ")",
+                          refused.refusal, refused.detail);
+    }
 }
 
 void CellClient::send_block(const link::Block& block) { wire_.send(block); }

@@ -12,6 +12,7 @@
 #include "host/bridge/transport.hpp"
 #include "host/bridge/wire.hpp"
 #include "shared/codes/state.hpp"
+#include "shared/machine/axis_map.hpp"
 #include "shared/machine/galvo_field.hpp"
 #include "shared/machine/machine.hpp"
 
@@ -42,6 +43,9 @@ public:
     void set_compensation(const Compensation& compensation);
     /// An empty field takes the one in force away.
     void set_galvo_field(const GalvoField& field);
+    /// Sends the map and puts it in force; the identity takes one away. Throws CellRefused with axis and node if the
+    /// machine cannot take it.
+    void set_map(const AxisMap& map);
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
     /// Sends without waiting for an answer (`ack` will show it).
@@ -118,6 +122,8 @@ private:
     std::function<bool()> stop_check_;
 };
 
+/// "set-point of X, table along Z, node 7".
+[[nodiscard]] std::string describe_map_place(const MapFinding& finding);
 /// "jog", "reset_fault" ...
 [[nodiscard]] std::string name_of(link::Verb verb);
 

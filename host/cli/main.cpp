@@ -33,12 +33,12 @@ int main(int argc, char** argv) {
         sc::host::cli::add_replay(app, exit_code);
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_override(app, exit_code);
+        sc::host::cli::add_calibrate(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_version(app, exit_code);
-        sc::host::cli::add_calibrate(app, exit_code);
         sc::host::cli::add_bench(app, exit_code);
         try {
             app.parse(argc, argv);

@@ -60,6 +60,7 @@ std::string status_text(const link::Status& status, const WireCounters& wire) {
         text += fmt::format(" {} {}", name, set ? "yes" : "no");
     }
     text += fmt::format("\noverride   {} %", status.override_percent);
+    text += status.map_crc == 0 ? std::string("\naxis map   none") : fmt::format("\naxis map   {:08x}", status.map_crc);
     text += fmt::format("\nlimited by {}\n", status.limited_by == 0 ? "nothing" : describe_code(status.limited_by));
     text += fmt::format("counters   pulses {}, starvations {}, items repeated {}\n", status.pulses_total,
                         status.starvations, status.items_repeated);
@@ -87,6 +88,7 @@ Json status_json(const link::Status& status, const WireCounters& wire) {
             {"first_fault", status.first_fault},
             {"limited_by", status.limited_by},
             {"override_percent", status.override_percent},
+            {"axis_map_crc", status.map_crc == 0 ? Json() : Json(fmt::format("{:08x}", status.map_crc))},
             {"flags", flags},
             {"x_mm", place_of(status, 0)},
             {"y_mm", place_of(status, 1)},

@@ -119,6 +119,7 @@ private:
         try {
             session.clear();
             client.set_compensation(compensation_of(input_.calibration));
+            client.set_map(axis_map_of(input_.calibration));
             client.set_galvo_field(galvo_field_of(input_.calibration));
             if (options_.override_percent) {
                 note_override(*options_.override_percent);

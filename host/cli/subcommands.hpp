@@ -13,12 +13,12 @@ void add_cell(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_override(CLI::App& app, int& exit_code);
+void add_calibrate(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_version(CLI::App& app, int& exit_code);
-void add_calibrate(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);
 
 }  // namespace sc::host::cli

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
+#include <cmath>
 #include <set>
 
 #include "host/formats/calibration_units.hpp"
@@ -61,6 +62,49 @@ AxesRecord read_axes(TomlReader& table) {
     out.scale = {table.number("scale_x_ppm", kScalePpm) / 1e6, table.number("scale_y_ppm", kScalePpm) / 1e6,
                  table.number("scale_z_ppm", kScalePpm) / 1e6};
     out.covariance = read_covariance(table, kAxesOrder, kAxesLengths, kMillimetre);
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
+template <std::size_t N>
+void read_coefficients(TomlReader& table, const std::string& key, std::array<std::int32_t, N>& out) {
+    if (!table.has(key)) {
+        return;
+    }
+    const auto values = table.numbers(key, N);
+    for (std::size_t k = 0; k < N; ++k) {
+        if (!(std::abs(values[k]) <= kLargestCoefficient)) {
+            table.fail(key, "has a coefficient that no map can hold", decimal(values[k]), "calibrate again");
+        }
+        out[k] = static_cast<std::int32_t>(std::llround(values[k] * kMapUnits));
+    }
+}
+
+AxisMapRecord read_axis_map(TomlReader& table) {
+    AxisMapRecord out;
+    const auto first = table.numbers("first_mm", 3);
+    const auto spacing = table.numbers("spacing_mm", 3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        out.map.first[i] = first[i] / 1e3;
+        out.map.spacing[i] = spacing[i] / 1e3;
+        for (std::size_t j = 0; j < 3; ++j) {
+            read_coefficients(table, map_key(i, j), out.map.linear[i][j]);
+        }
+    }
+    for (std::size_t k = 0; k < kTurnTables; ++k) {
+        read_coefficients(table, std::string(kTurnKeys.at(k)), out.map.turn[k]);
+    }
+    out.map.pivot = table.vector_mm("pivot_mm");
+    std::array<std::int32_t, 3> linear{};
+    std::array<std::int32_t, 1> turn{};
+    read_coefficients(table, "backlash_um", linear);
+    read_coefficients(table, "backlash_c_mdeg", turn);
+    out.map.backlash = {linear[0], linear[1], linear[2], turn[0]};
+    const auto take_up = table.numbers("take_up_ms", kAxisCount);
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        out.map.take_up[i] = take_up[i] / 1e3;
+    }
     out.provenance = read_provenance(table);
     table.finish();
     return out;
@@ -208,6 +252,9 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
     }
     if (auto table = root.table_if("axes")) {
         set.axes = read_axes(*table);
+    }
+    if (auto table = root.table_if("axis_map")) {
+        set.axis_map = read_axis_map(*table);
     }
     if (auto table = root.table_if("galvo")) {
         set.galvo = read_galvo(*table);

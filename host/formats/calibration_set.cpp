@@ -51,6 +51,8 @@ const AxisLine& turntable_axis(const CalibrationSet& set) {
     return set.turntable->line;
 }
 
+AxisMap axis_map_of(const CalibrationSet& set) { return set.axis_map ? set.axis_map->map : AxisMap{}; }
+
 Compensation compensation_of(const CalibrationSet& set) {
     Compensation out;
     if (set.axes) {

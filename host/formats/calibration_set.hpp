@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "shared/geometry/frames.hpp"
+#include "shared/machine/axis_map.hpp"
 #include "shared/machine/machine.hpp"
 
 /// The calibration set: every estimate that the cell works with, each with its uncertainty. File: format =
@@ -107,6 +108,13 @@ struct AxesRecord {
     bool operator==(const AxesRecord&) const = default;
 };
 
+/// What the matrix of the axes leaves over (shared/machine/axis_map.hpp).
+struct AxisMapRecord {
+    AxisMap map;
+    Provenance provenance;
+    bool operator==(const AxisMapRecord&) const = default;
+};
+
 struct CalibrationSet {
     std::filesystem::path file;  ///< where it was read
     std::string id;
@@ -117,6 +125,7 @@ struct CalibrationSet {
     std::vector<TransformRecord> transforms;
     std::optional<AxisRecord> turntable;
     std::optional<AxesRecord> axes;
+    std::optional<AxisMapRecord> axis_map;
     std::optional<GalvoRecord> galvo;
     std::optional<GalvoFieldRecord> galvo_field;  ///< is used in place of `galvo` where it is there
     std::optional<SensorRay> y_sensor;
@@ -141,5 +150,7 @@ std::string write_calibration(const std::filesystem::path& path, const Calibrati
 /// galvo_offset = −M⁻¹·offset. A record that is absent leaves its part the identity. The galvo's residual grid has no
 /// place in Compensation and is not used.
 [[nodiscard]] Compensation compensation_of(const CalibrationSet& set);
+/// The axis map, or the identity.
+[[nodiscard]] AxisMap axis_map_of(const CalibrationSet& set);
 
 }  // namespace sc::host

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -46,6 +47,17 @@ struct LengthUnit {
 inline constexpr LengthUnit kMillimetre{1.0, 1e3};
 inline constexpr LengthUnit kMetre{1.0, 1.0};
 inline constexpr LengthUnit kInch{0.0254, 1.0};
+
+/// Tables of an axis map: micrometres, millidegrees and microradians in the file, a million times that on the
+/// controller's grid.
+inline constexpr double kMapUnits = 1e6;
+inline constexpr double kLargestCoefficient = 2000.0;
+inline constexpr std::array<std::string_view, kTurnTables> kTurnKeys{"c_angle_mdeg", "c_shift_x_um",  "c_shift_y_um",
+                                                                     "c_shift_z_um", "c_tilt_x_urad", "c_tilt_y_urad"};
+/// "x_along_z_um"
+[[nodiscard]] inline std::string map_key(std::size_t of, std::size_t along) {
+    return std::string(1, "xyz"[of]) + "_along_" + "xyz"[along] + "_um";
+}
 
 /// Symmetric (to rounding) with positive pivots when scaled to a correlation matrix.
 [[nodiscard]] bool is_positive_definite(const std::vector<std::vector<double>>& matrix);

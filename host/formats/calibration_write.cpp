@@ -44,6 +44,38 @@ void write_axes(TomlWriter& out, const AxesRecord& record) {
     write_provenance(out, record.provenance);
 }
 
+template <std::size_t N>
+void write_coefficients(TomlWriter& out, const std::string& key, const std::array<std::int32_t, N>& coefficients) {
+    if (coefficients == std::array<std::int32_t, N>{}) {
+        return;
+    }
+    std::vector<double> values;
+    for (const std::int32_t c : coefficients) {
+        values.push_back(static_cast<double>(c) / kMapUnits);
+    }
+    out.numbers(key, values);
+}
+
+void write_axis_map(TomlWriter& out, const AxisMapRecord& record) {
+    const AxisMap& map = record.map;
+    out.table("axis_map");
+    out.numbers("first_mm", {map.first.begin(), map.first.end()}, 1e3);
+    out.numbers("spacing_mm", {map.spacing.begin(), map.spacing.end()}, 1e3);
+    for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+            write_coefficients(out, map_key(i, j), map.linear[i][j]);
+        }
+    }
+    for (std::size_t k = 0; k < kTurnTables; ++k) {
+        write_coefficients(out, std::string(kTurnKeys.at(k)), map.turn[k]);
+    }
+    out.vector("pivot_mm", map.pivot, 1e3);
+    write_coefficients(out, "backlash_um", std::array{map.backlash[0], map.backlash[1], map.backlash[2]});
+    write_coefficients(out, "backlash_c_mdeg", std::array{map.backlash[3]});
+    out.numbers("take_up_ms", {map.take_up.begin(), map.take_up.end()}, 1e3);
+    write_provenance(out, record.provenance);
+}
+
 void write_galvo(TomlWriter& out, const GalvoRecord& record) {
     out.table("galvo");
     out.numbers("offset_um", {record.offset[0], record.offset[1]}, 1e6);
@@ -112,6 +144,9 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     }
     if (set.axes) {
         write_axes(out, *set.axes);
+    }
+    if (set.axis_map) {
+        write_axis_map(out, *set.axis_map);
     }
     if (set.galvo) {
         write_galvo(out, *set.galvo);

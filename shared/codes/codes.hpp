@@ -65,6 +65,9 @@ enum class Refusal : std::uint16_t {
     bad_config = 125,
     fault_present = 126,
     bad_override = 127,
+    bad_map = 128,
+    map_too_steep = 129,
+    map_incomplete = 130,
 };
 
 enum class LimitedBy : std::uint8_t {

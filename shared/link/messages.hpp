@@ -135,12 +135,50 @@ struct SetCompensation {
     }
 };
 
+/// Asks for the machine's configuration from a byte offset on (config.hpp). Answered by ConfigChunk.
+struct ConfigRequest {
+    static constexpr std::uint8_t kId = 7;
+    static constexpr std::string_view kName = "config_request";
+    std::uint16_t offset = 0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("offset", m.offset);
+    }
+};
+
+/// Bytes of an axis map (map_codec.hpp) from an offset on, in order; offset 0 begins anew. Answered by CommandReply.
+struct MapChunk {
+    static constexpr std::uint8_t kId = 8;
+    static constexpr std::string_view kName = "map_chunk";
+    std::uint32_t sequence = 0;
+    std::uint16_t offset = 0;
+    Bytes data;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("offset", m.offset), v("data", m.data);
+    }
+};
+
+/// The pieces are whole: check them, and put the map in force. No bytes: no map any more. Answered by CommandReply;
+/// refused while anything moves, and then the map before stays.
+struct SetMap {
+    static constexpr std::uint8_t kId = 9;
+    static constexpr std::string_view kName = "set_map";
+    std::uint32_t sequence = 0;
+    std::uint16_t bytes = 0;
+    std::uint32_t crc = 0;  ///< CRC-32 of all bytes
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("bytes", m.bytes), v("crc", m.crc);
+    }
+};
+
 /// Field correction of the galvo in three dimensions (shared/machine GalvoField), in order: `first` counts the numbers
 /// sent before. count 0 ends the row: with all numbers sent the correction takes effect at once, with none the one in
 /// force is taken away. Anything out of order must begin again at 0. Answered by CommandReply; refused while anything
 /// moves.
 struct SetGalvoField {
-    static constexpr std::uint8_t kId = 8;
+    static constexpr std::uint8_t kId = 10;
     static constexpr std::string_view kName = "set_galvo_field";
     static constexpr std::size_t kNumbers = 24;
     std::uint32_t sequence = 0;
@@ -150,17 +188,6 @@ struct SetGalvoField {
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("sequence", m.sequence), v("first", m.first), v("count", m.count), v("numbers", m.numbers);
-    }
-};
-
-/// Asks for the machine's configuration from a byte offset on (config.hpp). Answered by ConfigChunk.
-struct ConfigRequest {
-    static constexpr std::uint8_t kId = 7;
-    static constexpr std::string_view kName = "config_request";
-    std::uint16_t offset = 0;
-    template <class Visitor, class Self>
-    static constexpr void visit(Visitor& v, Self& m) {
-        v("offset", m.offset);
     }
 };
 
@@ -252,13 +279,14 @@ struct Status {
     std::uint32_t items_repeated = 0;      ///< items that had arrived before
     std::uint32_t starvations = 0;
     std::uint8_t override_percent = 100;  ///< feed override in force
+    std::uint32_t map_crc = 0;            ///< of the axis map in force, 0 = none
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("cell_time_us", m.cell_time_us), v("state", m.state), v("faults", m.faults), v("first_fault", m.first_fault);
         v("first_fault_axis", m.first_fault_axis), v("limited_by", m.limited_by), v("flags", m.flags);
         v("actual", m.actual), v("pulses_total", m.pulses_total), v("frames_bad", m.frames_bad);
         v("messages_lost", m.messages_lost), v("items_repeated", m.items_repeated), v("starvations", m.starvations);
-        v("override_percent", m.override_percent);
+        v("override_percent", m.override_percent), v("map_crc", m.map_crc);
     }
 };
 enum StatusFlag : std::uint8_t {

@@ -10,6 +10,7 @@
 
 #include "shared/hash/fnv.hpp"
 #include "shared/link/config.hpp"
+#include "shared/link/map_codec.hpp"
 #include "shared/link/messages.hpp"
 #include "shared/path/block.hpp"
 
@@ -21,8 +22,8 @@ template <class... Message>
 struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
-using HostMessages =
-    MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, SetGalvoField>;
+using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
+                                 SetMap, SetGalvoField>;
 using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
@@ -116,12 +117,13 @@ struct Sizer {
 }  // namespace schema_detail
 
 /// Hash over the number, name, field names and field types of every message, the protocol's major version, and the
-/// versions of the block grammar and of the machine configuration's layout.
+/// versions of the block grammar, of the machine configuration's layout and of the axis map's.
 [[nodiscard]] constexpr std::uint64_t schema_hash() noexcept {
     schema_detail::Hasher hasher;
     hasher.number(kProtocolMajor);
     hasher.number(kBlockGrammarVersion);
     hasher.number(kConfigVersion);
+    hasher.number(kMapVersion);
     for_each_message(HostMessages{}, [&hasher](const auto& m) noexcept { hasher.message(m); });
     for_each_message(CellMessages{}, [&hasher](const auto& m) noexcept { hasher.message(m); });
     return hasher.hash.value();

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 sc_test(unit_motion LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/profile_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/axis_geometry_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/shared/machine/axis_map_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/move_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/xy2_100_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/field_map_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/head_proof_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/pulse_placer_test.cpp
-  DEPS firmware_motion firmware_laser firmware_hal)
+  DEPS firmware_motion firmware_laser firmware_hal shared_link)
 sc_test(unit_basics LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/shared/math/scalar_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/shared/math/angle_test.cpp

@@ -42,7 +42,9 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
     deflections_.resize(static_cast<std::size_t>(machine.guard_period_ns / machine.galvo_period_ns) + 1);
     const std::int64_t drive_cycle_ns = machine.drive_cycle_ticks * machine.control_period_ns;
     for (std::size_t i = 0; i < kAxisCount; ++i) {
-        drives_.emplace_back(drive_options(machine.axis[i], drive_cycle_ns, kPowerUpPosition[i]));
+        SimDriveOptions options = drive_options(machine.axis[i], drive_cycle_ns, kPowerUpPosition[i]);
+        options.backlash = world.spec().drives.backlash[i];
+        drives_.emplace_back(options);
     }
 }
 
@@ -158,9 +160,9 @@ trace::PulseRecord CellPlant::record_of(const LaserPulse& pulse, std::int64_t be
     const std::size_t k = std::min(static_cast<std::size_t>(frames), deflections_.size() - 2);
     const auto mirrors =
         between(deflections_[k], deflections_[k + 1], frames - static_cast<double>(k), frame_ns * 1e-9);
-    const Vec3 reading{drives_[0].true_position_at(pulse.t_ns), drives_[1].true_position_at(pulse.t_ns),
-                       drives_[2].true_position_at(pulse.t_ns)};
-    const double c = drives_[3].true_position_at(pulse.t_ns);
+    const Vec3 reading{drives_[0].load_position_at(pulse.t_ns), drives_[1].load_position_at(pulse.t_ns),
+                       drives_[2].load_position_at(pulse.t_ns)};
+    const double c = drives_[3].load_position_at(pulse.t_ns);
 
     trace::PulseRecord record;
     record.t_ns = pulse.t_ns;

@@ -55,6 +55,7 @@ SimDrive::SimDrive(const SimDriveOptions& options)
       servo_(options.servo, options.initial_position),
       demand_(options.initial_position) {
     before_.position = options.initial_position;
+    load_ = load_before_ = options.initial_position;
     restart();
 }
 
@@ -63,9 +64,20 @@ void SimDrive::step_to(std::int64_t t_ns) {
         return;
     }
     before_ = {.t_ns = t_ns_, .position = servo_.position(), .velocity = servo_.velocity()};
+    load_before_ = load_;
     while (t_ns_ < t_ns) {
         advance(std::min(kStepNs, t_ns - t_ns_));
+        load_ = pushed(load_, servo_.position());
     }
+}
+
+double SimDrive::pushed(double load, double motor) const noexcept {
+    const double half = 0.5 * options_.backlash;
+    return std::clamp(load, motor - half, motor + half);
+}
+
+double SimDrive::load_position_at(std::int64_t t_ns) const noexcept {
+    return t_ns >= t_ns_ ? load_ : pushed(load_before_, true_position_at(t_ns));
 }
 
 double SimDrive::true_position_at(std::int64_t t_ns) const noexcept {

@@ -21,6 +21,7 @@ namespace sc::sim {
 struct SimDriveOptions {
     std::uint8_t node = 1;
     ServoOptions servo{};
+    double backlash = 0.0;          ///< base units: whole play between the motor and what it moves
     double initial_position = 0.0;  ///< base units: true place at power-up; the encoder reads 0 there
 };
 
@@ -50,6 +51,10 @@ public:
     [[nodiscard]] double true_velocity() const noexcept { return servo_.velocity(); }
     /// The same at a time within the last `step_to` that moved time (clamped to its ends).
     [[nodiscard]] double true_position_at(std::int64_t t_ns) const noexcept;
+
+    /// Place of what the motor moves through the play: half the backlash behind the motor's, to the side from which it
+    /// came, and anywhere between after a reversal. In the middle at power-up.
+    [[nodiscard]] double load_position_at(std::int64_t t_ns) const noexcept;
 
     [[nodiscard]] DriveStates::State state() const noexcept { return states_.state(); }
 
@@ -91,6 +96,7 @@ private:
     void advance(std::int64_t dt_ns);
     void advance_homing(std::int64_t dt_ns);
     void watch_following();
+    [[nodiscard]] double pushed(double load, double motor) const noexcept;
     [[nodiscard]] bool in_mode(std::uint32_t mode) const noexcept;
     [[nodiscard]] double following_error_counts() const noexcept;
     [[nodiscard]] std::uint16_t statusword() const noexcept;
@@ -117,6 +123,8 @@ private:
     std::int64_t error_since_ns_ = -1;
     std::int64_t settled_ns_ = 0;
     Snapshot before_{};
+    double load_before_ = 0.0;  ///< at `before_`
+    double load_ = 0.0;
 };
 
 }  // namespace sc::sim

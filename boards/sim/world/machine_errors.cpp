@@ -29,8 +29,8 @@ Mat3 rotation_of(const Vec3& w) {
     return turned(line, std::sin(angle), std::cos(angle)).rotation;
 }
 
-/// A vector across the axis that turns with the table, less what it was at C = 0.
-Vec3 once_a_turn(double size, double angle, double phase) {
+/// A vector across the axis that goes round as `angle` does, less what it was at 0.
+Vec3 going_round(double size, double angle, double phase) {
     return {size * (std::cos(angle + phase) - std::cos(phase)), size * (std::sin(angle + phase) - std::sin(phase)),
             0.0};
 }
@@ -69,8 +69,12 @@ Vec3 true_focus(const AxesTruth& truth, const Vec3& reading) {
 }
 
 double true_angle(const TurntableTruth& truth, double reading_deg) {
-    const double phase = truth.pitch_error_phase;
-    return reading_deg + truth.pitch_error * (std::sin(reading_deg * kDegree + phase) - std::sin(phase));
+    const auto wave = [](double size, double angle, double phase) {
+        return size * (std::sin(angle + phase) - std::sin(phase));
+    };
+    const double angle = reading_deg * kDegree;
+    return reading_deg + wave(truth.pitch_error, angle, truth.pitch_error_phase) +
+           wave(truth.pitch_error2, 2.0 * angle, truth.pitch_error2_phase);
 }
 
 AxisLine true_axis(const TurntableTruth& truth) {
@@ -82,10 +86,13 @@ Rigid<frame::H, frame::T> true_h_from_t(const TurntableTruth& truth, double read
     const AxisLine axis = true_axis(truth);
     const Rigid<frame::H, frame::T> turn = turned(axis, std::sin(angle), std::cos(angle));
 
-    const Mat3 tilt = rotation_of(once_a_turn(truth.wobble, angle, truth.wobble_phase));
+    const Mat3 tilt = rotation_of(going_round(truth.wobble, angle, truth.wobble_phase) +
+                                  going_round(truth.tilt2, 2.0 * angle, truth.tilt2_phase));
     const Vec3 u = axis.direction.v;
     const Vec3 pivot = axis.point.v + ((truth.wobble_pivot_z - axis.point.v.z) / u.z) * u;
-    const Vec3 shift = once_a_turn(truth.runout, angle, truth.runout_phase);
+    const double along = truth.axial * (std::sin(angle + truth.axial_phase) - std::sin(truth.axial_phase));
+    const Vec3 shift = going_round(truth.runout, angle, truth.runout_phase) +
+                       going_round(truth.radial2, 2.0 * angle, truth.radial2_phase) + along * u;
     const Rigid<frame::H, frame::H> disturbed{tilt, pivot - tilt * pivot + shift};
     return disturbed * turn;
 }

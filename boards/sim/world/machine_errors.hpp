@@ -19,7 +19,9 @@
 ///
 /// with gains k, rotation ρ (from +x towards +z) and skew σ of the z mirror. The best focus lies on the beam,
 /// field_curvature · (u² + w²) before the focal plane. `turn` is about the true axis line by C
-/// plus the table's pitch error; shift and wobble are counted from C = 0, where t equals h by definition.
+/// plus the table's pitch errors; shift and wobble are counted from C = 0, where t equals h by definition. What goes
+/// round once a turn with the table (runout, wobble) is to first order another axis line; what goes round twice, and
+/// the shift along the axis, is not.
 
 namespace sc::sim {
 
@@ -30,7 +32,7 @@ namespace sc::sim {
 [[nodiscard]] double true_angle(const TurntableTruth& truth, double reading_deg);
 /// The table's true axis.
 [[nodiscard]] AxisLine true_axis(const TurntableTruth& truth);
-/// Where the table's frame is at a reading of C, with all its errors. Four sines: some 0.1 µs.
+/// Where the table's frame is at a reading of C, with all its errors. Some fifteen sines: 0.4 µs.
 [[nodiscard]] Rigid<frame::H, frame::T> true_h_from_t(const TurntableTruth& truth, double reading_deg);
 
 /// A beam: the place that it is focused to and the way it travels.

@@ -13,6 +13,7 @@ constexpr double kDegree = kPi / 180.0;
 constexpr std::string_view kNone = "none";
 constexpr std::string_view kByAxes = "calibration: axes";
 constexpr std::string_view kByTable = "calibration: turntable axis";
+constexpr std::string_view kByMap = "calibration: axis map";
 constexpr std::string_view kByGalvo = "calibration: galvo field";
 
 using Field = std::function<double&(WorldSpec&)>;
@@ -44,7 +45,7 @@ void add_axes(std::vector<NumberKey>& keys) {
         for (std::size_t j = 0; j < 3; ++j) {
             const std::string stem = std::string("axes.periodic.") + kLetters[i] + "_of_" + kLetters[j];
             const auto entry = [i, j](WorldSpec& w) -> Periodic& { return w.axes.periodic[i][j]; };
-            NumberKey amplitude = error_key(stem, ".amplitude_um", "um", 1e-6, 1000.0, kNone,
+            NumberKey amplitude = error_key(stem, ".amplitude_um", "um", 1e-6, 1000.0, kByMap,
                                             [entry](WorldSpec& w) -> double& { return entry(w).amplitude; });
             keys.push_back(std::move(amplitude));
             keys.push_back(
@@ -76,14 +77,35 @@ void add_turntable(std::vector<NumberKey>& keys) {
     keys.push_back(error_key("turntable.direction_x", "", "1", 1.0, 1.0, kByTable, direction(&Vec3::x)));
     keys.push_back(error_key("turntable.direction_y", "", "1", 1.0, 1.0, kByTable, direction(&Vec3::y)));
     keys.push_back({"turntable.direction_z", direction(&Vec3::z), 1.0, 0.5, 1.0});
-    keys.push_back(error_key("turntable.runout", "_um", "um", 1e-6, 1000.0, kNone, turntable(&T::runout)));
+    keys.push_back(error_key("turntable.runout", "_um", "um", 1e-6, 1000.0, kByMap, turntable(&T::runout)));
     keys.push_back({"turntable.runout_phase_deg", turntable(&T::runout_phase), kDegree, -360.0, 360.0});
-    keys.push_back(error_key("turntable.wobble", "_urad", "urad", 1e-6, 10'000.0, kNone, turntable(&T::wobble)));
+    keys.push_back(error_key("turntable.wobble", "_urad", "urad", 1e-6, 10'000.0, kByMap, turntable(&T::wobble)));
     keys.push_back({"turntable.wobble_phase_deg", turntable(&T::wobble_phase), kDegree, -360.0, 360.0});
     keys.push_back({"turntable.wobble_pivot_z_mm", turntable(&T::wobble_pivot_z), 1e-3, -10'000.0, 10'000.0});
     keys.push_back(
-        error_key("turntable.pitch_error", "_mdeg", "mdeg", 1e-3, 1000.0, kNone, turntable(&T::pitch_error)));
+        error_key("turntable.pitch_error", "_mdeg", "mdeg", 1e-3, 1000.0, kByMap, turntable(&T::pitch_error)));
     keys.push_back({"turntable.pitch_error_phase_deg", turntable(&T::pitch_error_phase), kDegree, -360.0, 360.0});
+    keys.push_back(error_key("turntable.radial2", "_um", "um", 1e-6, 1000.0, kByMap, turntable(&T::radial2)));
+    keys.push_back({"turntable.radial2_phase_deg", turntable(&T::radial2_phase), kDegree, -360.0, 360.0});
+    keys.push_back(error_key("turntable.axial", "_um", "um", 1e-6, 1000.0, kByMap, turntable(&T::axial)));
+    keys.push_back({"turntable.axial_phase_deg", turntable(&T::axial_phase), kDegree, -360.0, 360.0});
+    keys.push_back(error_key("turntable.tilt2", "_urad", "urad", 1e-6, 10'000.0, kByMap, turntable(&T::tilt2)));
+    keys.push_back({"turntable.tilt2_phase_deg", turntable(&T::tilt2_phase), kDegree, -360.0, 360.0});
+    keys.push_back(
+        error_key("turntable.pitch_error2", "_mdeg", "mdeg", 1e-3, 1000.0, kByMap, turntable(&T::pitch_error2)));
+    keys.push_back({"turntable.pitch_error2_phase_deg", turntable(&T::pitch_error2_phase), kDegree, -360.0, 360.0});
+}
+
+void add_drives(std::vector<NumberKey>& keys) {
+    constexpr std::string_view kLetters = "xyzc";
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        const bool turn = i == index(Axis::c);
+        NumberKey key = error_key(std::string("drives.backlash_") + kLetters[i], turn ? "_mdeg" : "_um",
+                                  turn ? "mdeg" : "um", turn ? 1e-3 : 1e-6, 1000.0, kByMap,
+                                  [i](WorldSpec& w) -> double& { return w.drives.backlash[i]; });
+        key.min = 0.0;
+        keys.push_back(std::move(key));
+    }
 }
 
 Field galvo(double GalvoTruth::* member) { return member_of(&WorldSpec::galvo, member); }
@@ -140,6 +162,7 @@ std::vector<NumberKey> make_number_keys() {
     std::vector<NumberKey> keys;
     add_axes(keys);
     add_turntable(keys);
+    add_drives(keys);
     add_galvo(keys);
     add_laser(keys);
     return keys;

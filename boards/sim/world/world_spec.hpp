@@ -30,15 +30,23 @@ struct AxesTruth {
 };
 
 struct TurntableTruth {
-    Vec3 axis_point;                 ///< metres, h
-    Vec3 direction{0.0, 0.0, 1.0};   ///< as written; the world normalises it
-    double runout = 0.0;             ///< metres, radial, once a turn
-    double runout_phase = 0.0;       ///< rad
-    double wobble = 0.0;             ///< rad, once a turn
-    double wobble_phase = 0.0;       ///< rad
-    double wobble_pivot_z = 0.0;     ///< metres: height on the axis that the wobble leaves in place
-    double pitch_error = 0.0;        ///< degrees: true angle minus encoder, once a turn
-    double pitch_error_phase = 0.0;  ///< rad
+    Vec3 axis_point;                  ///< metres, h
+    Vec3 direction{0.0, 0.0, 1.0};    ///< as written; the world normalises it
+    double runout = 0.0;              ///< metres, radial, once a turn
+    double runout_phase = 0.0;        ///< rad
+    double wobble = 0.0;              ///< rad, once a turn
+    double wobble_phase = 0.0;        ///< rad
+    double wobble_pivot_z = 0.0;      ///< metres: height on the axis that the wobble leaves in place
+    double pitch_error = 0.0;         ///< degrees: true angle minus encoder, once a turn
+    double pitch_error_phase = 0.0;   ///< rad
+    double radial2 = 0.0;             ///< metres: shift across the axis, twice a turn
+    double radial2_phase = 0.0;       ///< rad
+    double axial = 0.0;               ///< metres: shift along the axis, once a turn
+    double axial_phase = 0.0;         ///< rad
+    double tilt2 = 0.0;               ///< rad, twice a turn, about the wobble's pivot
+    double tilt2_phase = 0.0;         ///< rad
+    double pitch_error2 = 0.0;        ///< degrees, twice a turn
+    double pitch_error2_phase = 0.0;  ///< rad
 };
 
 struct GalvoTruth {
@@ -88,11 +96,17 @@ struct MeshFile {
     double unit = 1e-3;  ///< metres
 };
 
+/// Play between the motor, whose encoder the drive reads, and what it moves: the whole width. Metres, degrees for C.
+struct DrivesTruth {
+    std::array<double, kAxisCount> backlash{};
+};
+
 /// All that a world file says, in SI units (angles of C in degrees).
 struct WorldSpec {
     std::string title;
     AxesTruth axes;
     TurntableTruth turntable;
+    DrivesTruth drives;
     GalvoTruth galvo;
     LaserTruth laser;
     DigitalInputs inputs;

@@ -13,7 +13,8 @@ constexpr std::int32_t kMm = 100'000;  // wire units
 CellRig::CellRig(const Options& options) : options_(options) {
     sim::CellOptions cell;
     cell.machine = options.machine;
-    cell.world = std::string(SC_SOURCE_DIR) + "/boards/sim/world/default/world.toml";
+    cell.world = options.world.empty() ? std::string(SC_SOURCE_DIR) + "/boards/sim/world/default/world.toml"
+                                       : options.world.string();
     cell.script = sim::parse_fault_script(options.script, "script");
     cell.baud = options.baud;
     cell.record = options.record;
@@ -140,6 +141,35 @@ link::CommandReply CellRig::set_galvo_field(link::SetGalvoField message) {
     message.sequence = ++sequence_;
     send(message);
     return reply_to(message.sequence);
+}
+
+link::CommandReply CellRig::send_map_chunk(std::uint16_t offset, std::span<const std::uint8_t> bytes) {
+    link::MapChunk chunk;
+    chunk.sequence = ++sequence_;
+    chunk.offset = offset;
+    chunk.data.size = static_cast<std::uint8_t>(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), chunk.data.data.begin());
+    send(chunk);
+    return reply_to(chunk.sequence);
+}
+
+link::CommandReply CellRig::commit_map(std::uint16_t bytes, std::uint32_t crc) {
+    send(link::SetMap{++sequence_, bytes, crc});
+    return reply_to(sequence_);
+}
+
+link::CommandReply CellRig::set_map(const AxisMap& map) {
+    link::MapBytes bytes{};
+    link::serialise(map, bytes);
+    for (std::size_t offset = 0; offset < bytes.size();) {
+        const std::size_t size = std::min<std::size_t>(200, bytes.size() - offset);
+        const auto reply = send_map_chunk(static_cast<std::uint16_t>(offset), std::span(bytes).subspan(offset, size));
+        if (reply.refusal != 0) {
+            return reply;
+        }
+        offset += size;
+    }
+    return commit_map(static_cast<std::uint16_t>(bytes.size()), link::map_crc(map));
 }
 
 link::CommandReply CellRig::reply_to(std::uint32_t sequence) {

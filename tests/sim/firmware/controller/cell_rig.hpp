@@ -13,6 +13,7 @@
 #include "boards/sim/cell.hpp"
 #include "shared/hash/sha256.hpp"
 #include "shared/link/blocks.hpp"
+#include "shared/link/map_codec.hpp"
 #include "shared/link/messages.hpp"
 #include "shared/link/schema.hpp"
 #include "shared/link/serial.hpp"
@@ -29,6 +30,7 @@ public:
         std::size_t items_per_block = 255;
         bool with_default_errors = true;
         std::uint32_t baud = 921'600;
+        std::filesystem::path world{};   ///< empty = the reference cell
         std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
         MachineConfig machine = reference_machine();
         sim::MakeController controller = sim::make_local_controller;
@@ -53,6 +55,9 @@ public:
     /// Enable, home, arm.
     void make_ready();
     link::CommandReply set_compensation(const Compensation& compensation);
+    link::CommandReply set_map(const AxisMap& map);
+    link::CommandReply send_map_chunk(std::uint16_t offset, std::span<const std::uint8_t> bytes);
+    link::CommandReply commit_map(std::uint16_t bytes, std::uint32_t crc);
     link::CommandReply set_galvo_field(link::SetGalvoField message);
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).

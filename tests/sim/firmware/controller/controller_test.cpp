@@ -8,23 +8,11 @@
 #include <gtest/gtest.h>
 
 #include "cell_rig.hpp"
+#include "tests/unit/firmware/motion/sample_map.hpp"
+#include "undisturbed.hpp"
 
 namespace sc::test {
 namespace {
-
-/// What an undisturbed run of the short job burns.
-const CellRig& undisturbed() {
-    static const auto rig = [] {
-        auto cell = std::make_unique<CellRig>();
-        cell->make_ready();
-        EXPECT_EQ(cell->open_job(short_job()).refusal, 0);
-        EXPECT_EQ(cell->command(link::Verb::start).refusal, 0);
-        EXPECT_TRUE(cell->until([&] { return (cell->status().flags & link::kFlagJobDone) != 0; }));
-        cell->ticks(100);
-        return cell;
-    }();
-    return *rig;
-}
 
 void start_short_job(CellRig& rig) {
     rig.make_ready();
@@ -332,147 +320,6 @@ TEST(Controller, RefusesToArmWhileTheLaserOrTheEnclosureIsNotReady) {
     }
 }
 
-/// Enabled and homed, not armed.
-void make_idle(CellRig& rig) {
-    rig.connect();
-    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
-    ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
-    ASSERT_TRUE(rig.until_state(State::idle, 5000));
-    ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
-    ASSERT_TRUE(rig.until_state(State::homing, 100));
-    ASSERT_TRUE(rig.until_state(State::idle, 120'000));
-}
-
-TEST(Controller, RefusesToArmUntilTheGalvosConventionIsSet) {
-    CellRig::Options options;
-    options.machine.galvo.convention = GalvoConvention::unset;
-    CellRig rig(options);
-    make_idle(rig);
-    EXPECT_EQ(static_cast<Refusal>(rig.command(link::Verb::arm).refusal), Refusal::galvo_convention_unset);
-    EXPECT_EQ(rig.state(), State::idle);
-}
-
-TEST(Controller, MasterOscillatorComesOnOnlyThroughAProvenHeadAndAfterItsWarning) {
-    CellRig rig;
-    make_idle(rig);
-    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
-    ASSERT_TRUE(rig.until_state(State::arming, 10));
-    int warned = 0;
-    while (!rig.cell().latest().digital.master_oscillator) {
-        EXPECT_TRUE(rig.cell().latest().digital.light_yellow) << "emission warning";
-        ASSERT_LT(++warned, 1000);
-        rig.ticks(1);
-    }
-    EXPECT_EQ(warned, 500);
-    ASSERT_TRUE(rig.until_state(State::armed, 20));
-    EXPECT_EQ(rig.pulses().size(), 0U);
-}
-
-TEST(Controller, NoHeadMeansNoArming) {
-    // A converter that says "all well" for ever has no head; a line that floats is not even well.
-    for (const auto& [what, fault] :
-         {std::pair{"absent", Fault::galvo_absent}, std::pair{"float_high", Fault::galvo_not_ready},
-          std::pair{"float_low", Fault::galvo_not_ready}}) {
-        CellRig::Options options;
-        options.script = std::string("at 0.1 galvo ") + what + "\n";
-        CellRig rig(options);
-        make_idle(rig);
-        ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
-        bool lit = false;
-        ASSERT_TRUE(rig.until(
-            [&] {
-                lit = lit || rig.cell().latest().digital.master_oscillator;
-                return rig.state() == State::fault;
-            },
-            1000))
-            << what;
-        rig.ticks(50);
-        EXPECT_EQ(rig.status().first_fault, static_cast<std::uint8_t>(fault)) << what;
-        EXPECT_FALSE(lit) << what;
-    }
-}
-
-/// A correction that shifts every place by so much, without lens or lean.
-GalvoField shifted_field(double x, double z) {
-    GalvoField field;
-    field.half = 0.060;
-    const double cell = 2.0 * field.half / static_cast<double>(GalvoField::kCells);
-    for (std::size_t i = 0; i < GalvoField::kNodes; ++i) {
-        field.node[2 * i] = -field.half + cell * (static_cast<double>(i % GalvoField::kSide) - 1.0) + x;
-        field.node[2 * i + 1] = -field.half + cell * (static_cast<double>(i / GalvoField::kSide) - 1.0) + z;
-    }
-    return field;
-}
-
-std::uint16_t send_field(CellRig& rig, const GalvoField& field) {
-    link::SetGalvoField message;
-    for (std::size_t first = 0; first < GalvoField::kNumbers; first += message.count) {
-        message.first = static_cast<std::uint16_t>(first);
-        message.count = static_cast<std::uint8_t>(std::min(message.numbers.size(), GalvoField::kNumbers - first));
-        for (std::size_t i = 0; i < message.count; ++i) {
-            message.numbers[i] = field.number(first + i);
-        }
-        const auto reply = rig.set_galvo_field(message);
-        if (reply.refusal != 0) {
-            return reply.refusal;
-        }
-    }
-    message.first = GalvoField::kNumbers;
-    message.count = 0;
-    return rig.set_galvo_field(message).refusal;
-}
-
-TEST(Controller, AppliesTheGalvoFieldAndNothingElseOfTheJobChanges) {
-    CellRig rig;
-    rig.connect();
-    ASSERT_EQ(send_field(rig, shifted_field(20e-6, -30e-6)), 0);
-    make_idle(rig);
-    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
-    ASSERT_TRUE(rig.until_state(State::armed, 1000));
-    ASSERT_EQ(rig.open_job(short_job()).refusal, 0);
-    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
-    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
-    EXPECT_EQ(rig.command_hash(), undisturbed().command_hash()) << "commands are places, not words";
-    ASSERT_EQ(rig.pulses().size(), undisturbed().pulses().size());
-    for (std::size_t i = 0; i < rig.pulses().size(); ++i) {
-        const auto& with = rig.pulses()[i].place_pm;
-        const auto& without = undisturbed().pulses()[i].place_pm;
-        ASSERT_NEAR(static_cast<double>(with[0] - without[0]), 20e6, 2.5e6) << i;
-        ASSERT_NEAR(static_cast<double>(with[2] - without[2]), -30e6, 2.5e6) << i;
-    }
-}
-
-TEST(Controller, RefusesAGalvoFieldThatIsNoneOrComesOutOfOrder) {
-    CellRig rig;
-    rig.connect();
-    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
-    const auto bad = static_cast<std::uint16_t>(Refusal::bad_config);
-    GalvoField mirrored = shifted_field(0.0, 0.0);
-    for (std::size_t i = 0; i < GalvoField::kNodes; ++i) {
-        mirrored.node[2 * i] = -mirrored.node[2 * i];
-    }
-    EXPECT_EQ(send_field(rig, mirrored), bad);
-    link::SetGalvoField message;
-    message.count = 24;
-    EXPECT_EQ(rig.set_galvo_field(message).refusal, 0);
-    message.first = 48;
-    EXPECT_EQ(rig.set_galvo_field(message).refusal, bad) << "a gap";
-    message = {};
-    message.first = 24;
-    EXPECT_EQ(rig.set_galvo_field(message).refusal, bad) << "ended too early";
-    message = {};
-    message.count = 25;
-    EXPECT_EQ(rig.set_galvo_field(message).refusal, bad) << "more than fit";
-    EXPECT_EQ(rig.set_galvo_field({}).refusal, 0) << "taking it away";
-    EXPECT_EQ(send_field(rig, shifted_field(0.0, 0.0)), 0);
-}
-
-TEST(Controller, RefusesAGalvoFieldWhileArmed) {
-    CellRig rig;
-    rig.make_ready();
-    EXPECT_EQ(rig.set_galvo_field({}).refusal, static_cast<std::uint16_t>(Refusal::wrong_state));
-}
-
 TEST(PathMotion, IsLateOnABoardThatGivesItNoTime) {
     // The plan step is not called: the work of a tick is not done by the next (the controller then trips planner_late).
     auto path = std::make_unique<motion::PathMotion>();
@@ -506,6 +353,98 @@ TEST(Controller, TakesAFeedOverrideWithinItsRangeAndTellsIt) {
         EXPECT_EQ(reply.detail, percent);
     }
     EXPECT_TRUE(told(75)) << "a refused override changes nothing";
+}
+
+TEST(Controller, PutsAWholeAxisMapInForceAndNoOther) {
+    CellRig rig;
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    const auto refusal = [](Refusal r) { return static_cast<std::uint16_t>(r); };
+    const auto in_force = [&](std::uint32_t crc) {
+        rig.ticks(50);
+        return rig.status().map_crc == crc;
+    };
+    EXPECT_TRUE(in_force(0));
+    const AxisMap map = sample_map();
+    link::MapBytes bytes{};
+    link::serialise(map, bytes);
+    const auto size = static_cast<std::uint16_t>(bytes.size());
+    const std::uint32_t crc = link::map_crc(map);
+    EXPECT_EQ(rig.commit_map(size, crc).refusal, refusal(Refusal::map_incomplete));
+    EXPECT_EQ(rig.send_map_chunk(0, std::span(bytes).first(200)).refusal, 0);
+    const auto gap = rig.send_map_chunk(400, std::span(bytes).subspan(400, 200));
+    EXPECT_EQ(gap.refusal, refusal(Refusal::map_incomplete));
+    EXPECT_EQ(gap.detail, 200) << "the byte that is wanted";
+    EXPECT_EQ(rig.commit_map(size, crc).refusal, refusal(Refusal::map_incomplete));
+    EXPECT_EQ(rig.set_map(map).refusal, 0);
+    EXPECT_TRUE(in_force(crc));
+    EXPECT_EQ(rig.commit_map(size, crc + 1).refusal, refusal(Refusal::map_incomplete)) << "its checksum is wrong";
+
+    AxisMap steep = map;
+    steep.take_up[1] = 0.010;
+    const auto verdict = rig.set_map(steep);
+    EXPECT_EQ(verdict.refusal, refusal(Refusal::map_too_steep));
+    EXPECT_EQ(MapFinding::from_detail(Refusal::map_too_steep, verdict.detail).axis, 1);
+    EXPECT_TRUE(in_force(crc)) << "a refused map changes nothing";
+
+    ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::homing, 100));
+    EXPECT_EQ(rig.send_map_chunk(0, std::span(bytes).first(200)).refusal, refusal(Refusal::wrong_state));
+    EXPECT_EQ(rig.commit_map(0, 0).refusal, refusal(Refusal::wrong_state));
+    ASSERT_TRUE(rig.until_state(State::idle, 120'000));
+    EXPECT_EQ(rig.commit_map(0, 0).refusal, 0);
+    EXPECT_TRUE(in_force(0));
+}
+
+TEST(Controller, WithAMapItBurnsTheSamePulsesWithinTheLimits) {
+    CellRig rig;
+    rig.make_ready();
+    ASSERT_EQ(rig.command(link::Verb::disarm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 1000));
+    ASSERT_EQ(rig.set_map(sample_map()).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    const std::size_t first = rig.set_points().size();
+    std::vector<Item> items = short_job();
+    items.insert(items.begin(), Turn{-9'000'000});
+    items.insert(items.end() - 1, Turn{9'000'000});
+    ASSERT_EQ(rig.open_job(items).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }, 60'000));
+    EXPECT_EQ(rig.status().faults, 0U);
+    EXPECT_EQ(rig.path_pulses().size(), undisturbed().path_pulses().size());
+    const MachineConfig machine = reference_machine();
+    const auto& points = rig.set_points();
+    for (std::size_t n = first + 3; n < points.size(); ++n) {
+        for (std::size_t i = 0; i < kAxisCount; ++i) {
+            const auto at = [&](std::size_t back) { return static_cast<double>(points[n - back][i]); };
+            const double unit = i == 3 ? 1e-9 : 1e-12;
+            ASSERT_LE(std::abs(at(0) - at(1)) * unit * 1e3, machine.axis[i].speed) << n;
+            ASSERT_LE(std::abs(at(0) - 2.0 * at(1) + at(2)) * unit * 1e6, machine.axis[i].acceleration * 1.001) << n;
+            ASSERT_LE(std::abs(at(0) - 3.0 * (at(1) - at(2)) - at(3)) * unit * 1e9, machine.axis[i].jerk * 1.001)
+                << "tick " << n << " axis " << i;
+        }
+    }
+}
+
+TEST(Controller, RetractsForATurnByTheSetPointWhateverTheCompensation) {
+    CellRig rig;
+    rig.make_ready();
+    ASSERT_EQ(rig.command(link::Verb::disarm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 1000));
+    Compensation leaning;
+    leaning.axis_from_h.row[1] = {0.0, 1.0, 1.5e-4};  // the set-point of y is 60 um below its place at z = -400 mm
+    ASSERT_EQ(rig.set_compensation(leaning).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    std::vector<Item> items = short_job();
+    items.insert(items.end() - 1, Turn{-9'000'000});
+    ASSERT_EQ(rig.open_job(items).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    EXPECT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0 || rig.status().faults != 0; }));
+    EXPECT_EQ(rig.status().faults, 0U) << "turn_not_retracted is " << fault_bit(Fault::turn_not_retracted);
 }
 
 TEST(Controller, SaysThatAHoldIsWhatStopsIt) {

@@ -94,8 +94,8 @@ TEST(PulsePlacer, PutsPulsesAtEqualPitchThroughRampsAndCorners) {
         const auto& a = fired.pulses[i - 1].place_pm;
         const auto& b = fired.pulses[i].place_pm;
         const double chord = std::hypot(static_cast<double>(b[0] - a[0]), static_cast<double>(b[2] - a[2]));
-        ASSERT_LE(chord, 20e6 + 2200.0) << "two pulses may each be 1 nm off";
-        short_chords += chord < 20e6 - 2200.0 ? 1 : 0;
+        ASSERT_LE(chord, 20e6 + 6000.0) << "two pulses may each be 1 nm off, and the distance in a corner 4 nm";
+        short_chords += chord < 20e6 - 6000.0 ? 1 : 0;
         ASSERT_GT(chord, 18.5e6);
     }
     EXPECT_LE(short_chords, 12);

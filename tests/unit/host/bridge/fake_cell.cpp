@@ -245,6 +245,26 @@ void FakeCell::take(const link::SetCompensation& m) {
     answer(m.sequence, Refusal::none);
 }
 
+void FakeCell::take(const link::MapChunk& m) {
+    if (last_reply_ && last_reply_->sequence == m.sequence) {
+        say(*last_reply_);
+        return;
+    }
+    map.resize(m.offset);
+    map.insert(map.end(), m.data.data.begin(), m.data.data.begin() + m.data.size);
+    answer(m.sequence, Refusal::none);
+}
+
+void FakeCell::take(const link::SetMap& m) {
+    if (last_reply_ && last_reply_->sequence == m.sequence) {
+        say(*last_reply_);
+        return;
+    }
+    ++maps_set;
+    set_map = m;
+    answer(m.sequence, m.bytes == map.size() || m.bytes == 0 ? Refusal::none : Refusal::map_incomplete);
+}
+
 void FakeCell::take(const link::SetGalvoField& m) {
     galvo_field.insert(galvo_field.end(), m.numbers.begin(), m.numbers.begin() + m.count);
     galvo_field_ended = m.count == 0;

@@ -69,6 +69,9 @@ public:
     std::vector<double> galvo_field;  ///< numbers as they have come
     bool galvo_field_ended = false;   ///< and the message that ends them
     std::int32_t override_percent = 100;
+    std::vector<std::uint8_t> map;  ///< pieces so far
+    link::SetMap set_map;
+    int maps_set = 0;
 
 private:
     struct Parcel {
@@ -99,6 +102,8 @@ private:
     void take(const link::SetCompensation& m);
     void take(const link::SetGalvoField& m);
     void take(const link::ConfigRequest& m);
+    void take(const link::MapChunk& m);
+    void take(const link::SetMap& m);
 
     Trouble trouble_;
     std::mt19937_64 random_;
