@@ -26,7 +26,7 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 
 JobRunner::JobRunner(const MachineConfig& machine) noexcept
     : machine_(machine), y_retracted_(machine.y_retracted.si()), geometry_(machine), field_(machine.galvo) {
-    set_map({}, {});
+    set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
         galvo_limits_.speed[mirror] = machine.galvo.speed.si();

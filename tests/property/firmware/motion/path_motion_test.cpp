@@ -168,28 +168,29 @@ private:
     std::vector<Sample> samples_;
 };
 
+/// Bends of some millimetres' radius, dense or sparse points, and a sharp corner now and then.
 std::vector<Place> random_path(std::mt19937_64& random, std::size_t count) {
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     std::uniform_real_distribution<double> decade(-4.3, -2.4);
     std::vector<Place> points{{0.1 * unit(random), 0.1 * unit(random), 0.1 * unit(random), 0.0}};
-    Place direction{1.0, 0.0, 0.0, 0.0};
-    const double bend = 0.2 * (1.0 + unit(random));
     const double scale = std::pow(10.0, decade(random));
+    const double sharpest = std::min(300.0, 0.1 / scale);  // 1/m
+    const double corners = random() % 3 == 0 ? 0.1 : 0.01;
+    double heading = 3.0 * unit(random);
+    double climb = 0.0;
+    double bend = 0.0;
     while (points.size() < count) {
-        double n = 0.0;
-        Place d{};
-        for (std::size_t i = 0; i < 3; ++i) {
-            d[i] = direction[i] + bend * unit(random);
-            n += d[i] * d[i];
-        }
-        if (n < 1e-6) {
-            continue;
+        const double step = scale * (0.2 + std::abs(unit(random)));
+        bend += 0.2 * sharpest * unit(random) - 0.05 * bend;
+        heading += step * std::clamp(bend, -sharpest, sharpest);
+        climb = 0.98 * climb + 0.1 * step * sharpest * unit(random);
+        if (std::abs(unit(random)) < corners) {
+            heading += 1.6 + unit(random);
         }
         Place next = points.back();
-        for (std::size_t i = 0; i < 3; ++i) {
-            direction[i] = d[i] / std::sqrt(n);
-            next[i] += direction[i] * scale * (0.2 + std::abs(unit(random)));
-        }
+        next[0] += step * std::cos(heading);
+        next[1] += step * climb;
+        next[2] += step * std::sin(heading);
         points.push_back(next);
     }
     return points;
