@@ -25,6 +25,7 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id) noex
       drives_(machine_),
       mo_(machine.laser.mo_wait_ns, machine.control_period_ns),
       following_(machine_),
+      head_(machine.galvo),
       runner_(machine) {}
 
 bool Controller::homed() const noexcept {
@@ -209,11 +210,21 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     watch_link(in);
     try_reset(in);
     advance_states();
-    mo_.step(state());
+    const bool arming = state() == State::arming;
+    warned_ticks_ = arming ? warned_ticks_ + 1 : 0;
+    if (!arming) {
+        head_.restart();
+    }
+    // Light may come only after its warning, and only through a head that is there.
+    const bool warned = warned_ticks_ * machine_.control_period_ns > machine_.laser.warning_ns;
+    mo_.step(state(), !arming || (warned && head_.proven()));
 
     const AxisPositions before = runner_.set_point();
     if (!runner_.step(in.tick, link_.items(), state() == State::marking, out)) {
         trip(Fault::planner_late, safety::kNoAxis, in.tick);
+    }
+    if (arming) {
+        head_.step(in.galvo_status, out.galvo);
     }
     if (runner_.at_rest()) {
         follow_drives();

@@ -7,6 +7,7 @@
 #include "firmware/controller/map_intake.hpp"
 #include "firmware/drives/drive_master.hpp"
 #include "firmware/hal/io.hpp"
+#include "firmware/laser/head_proof.hpp"
 #include "firmware/link/endpoint.hpp"
 #include "firmware/safety/laser_rule.hpp"
 #include "firmware/safety/supervisor.hpp"
@@ -59,6 +60,7 @@ private:
     [[nodiscard]] Verdict set_override(const link::Command& command) noexcept;
     [[nodiscard]] LimitedBy limited_by() const noexcept;
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
+    [[nodiscard]] Verdict set_galvo_field(const link::SetGalvoField& message) noexcept;
 
     [[nodiscard]] bool geometry_may_change() const noexcept;
     [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;
@@ -87,6 +89,10 @@ private:
     safety::Supervisor supervisor_;
     safety::MoSequencer mo_;
     safety::FollowingWatch following_;
+    laser::HeadProof head_;
+    std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
+    GalvoField field_;               ///< as it comes over the link, in part
+    std::size_t field_numbers_ = 0;
     JobRunner runner_;
     MapIntake map_intake_;
     std::uint32_t map_crc_ = 0;  ///< of the map in force

@@ -45,6 +45,11 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                 link_.reply(event.job_open.sequence, verdict.refusal, verdict.detail);
                 break;
             }
+            case link::LinkEvent::Kind::galvo_field: {
+                const Verdict verdict = set_galvo_field(event.galvo_field);
+                link_.reply(event.galvo_field.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
             case link::LinkEvent::Kind::compensation: {
                 const Verdict verdict = set_compensation(event.compensation);
                 link_.reply(event.compensation.sequence, verdict.refusal, verdict.detail);
@@ -286,6 +291,35 @@ Controller::Verdict Controller::set_compensation(const link::SetCompensation& m)
         }
     }
     runner_.set_compensation(c);
+    return {};
+}
+
+Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) noexcept {
+    if (!geometry_may_change()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (m.first == 0) {
+        field_numbers_ = 0;
+    }
+    const std::size_t end = std::size_t{m.first} + m.count;
+    if (m.first != field_numbers_ || m.count > m.numbers.size() || end > GalvoField::kNumbers) {
+        return {Refusal::bad_config, m.first};
+    }
+    if (m.count > 0) {
+        for (std::size_t i = 0; i < m.count; ++i) {
+            field_.set_number(m.first + i, m.numbers[i]);
+        }
+        field_numbers_ = end;
+        return {};
+    }
+    if (field_numbers_ == 0) {
+        runner_.set_galvo_field(GalvoField{});
+        return {};
+    }
+    if (field_numbers_ != GalvoField::kNumbers || !sound(field_)) {
+        return {Refusal::bad_config, static_cast<std::int64_t>(field_numbers_)};
+    }
+    runner_.set_galvo_field(field_);
     return {};
 }
 

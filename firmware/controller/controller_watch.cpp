@@ -36,8 +36,14 @@ void Controller::watch_inputs(const ServoInputs& in) noexcept {
         if (!in.digital.laser_ready || !in.digital.laser_no_alarm || seen(GuardCause::laser_alarm)) {
             trip(Fault::laser_alarm, safety::kNoAxis, in.tick);
         }
-        if (in.galvo_status != kGalvoStatusOk || seen(GuardCause::galvo)) {
+        // A mirror on its way does not acknowledge; while marking it must.
+        const bool head =
+            state() == State::marking ? in.galvo_status == kGalvoStatusOk : galvo_healthy(in.galvo_status);
+        if (!head || seen(GuardCause::galvo)) {
             trip(Fault::galvo_not_ready, safety::kNoAxis, in.tick);
+        }
+        if (head_.failed()) {
+            trip(Fault::galvo_absent, safety::kNoAxis, in.tick);
         }
     }
     if (!safety::arithmetic_state_is_right()) {
@@ -150,7 +156,7 @@ std::uint64_t Controller::present_faults(const ServoInputs& in) const noexcept {
     add((supervisor_.faults() & fault_bit(Fault::interlock_open)) != 0 && !in.digital.interlock_closed,
         Fault::interlock_open);
     add(!in.digital.laser_ready || !in.digital.laser_no_alarm, Fault::laser_alarm);
-    add(in.galvo_status != kGalvoStatusOk, Fault::galvo_not_ready);
+    add(!galvo_healthy(in.galvo_status), Fault::galvo_not_ready);
     for (const drives::AxisStatus& axis : drives_seen_.axis) {
         add(axis.fault, Fault::drive_fault);
         add(!axis.present, Fault::drive_lost);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "firmware/laser/xy2_100.hpp"
 #include "firmware/safety/watch.hpp"
 #include "shared/math/scalar.hpp"
 
@@ -26,10 +25,7 @@ double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / k
 }  // namespace
 
 JobRunner::JobRunner(const MachineConfig& machine) noexcept
-    : machine_(machine),
-      y_retracted_(machine.y_retracted.si()),
-      geometry_(machine),
-      field_(Compensation{}, machine.galvo) {
+    : machine_(machine), y_retracted_(machine.y_retracted.si()), geometry_(machine), field_(machine.galvo) {
     set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
@@ -62,7 +58,7 @@ void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
 void JobRunner::set_compensation(const Compensation& compensation) noexcept {
     geometry_.set(compensation);
     set_retreat();
-    field_ = laser::FieldMap(compensation, machine_.galvo);
+    field_.set(compensation);
     place_ = geometry_.place_of(set_point_);
 }
 
@@ -290,9 +286,10 @@ void JobRunner::begin_jump() noexcept {
     motion::Place to{};
     if (path_.actuator == Actuator::galvo) {
         const motion::Place& start = motion_.start();
-        to = {start[kX] - metres(path_.anchor_x), 0.0, start[kZ] - metres(path_.anchor_z), 0.0};
+        to = {start[kX] - metres(path_.anchor_x), start[kY] - metres(path_.anchor_y),
+              start[kZ] - metres(path_.anchor_z), 0.0};
     }
-    move_.begin({field_x_, 0.0, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
+    move_.begin({field_x_, field_depth_, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
     phase_ = Phase::jump;
     phase_tick_ = tick_ + 1;  // this tick's frames are out already
 }
@@ -348,13 +345,7 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
     limited_by_ = LimitedBy::axis_speed;
     const bool done = move_.done(t);
     if (phase_ == Phase::jump) {
-        for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
-            const motion::Place field =
-                move_.at(t + exact_double(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9);
-            galvo_frame(k, field[kX], field[kZ], out);
-            field_x_ = field[kX];
-            field_z_ = field[kZ];
-        }
+        galvo_jump(t, out);
     } else {
         place_ = move_.at(t);
         rest_ticks_ = 0;
@@ -372,24 +363,6 @@ void JobRunner::move_step(ServoOutputs& out) noexcept {
 
 // --- the path
 
-// Inlined into the loops over a tick's frames: a call costs a fifth of it.
-[[gnu::always_inline]] inline void JobRunner::galvo_frame(std::size_t k, double x, double z,
-                                                          ServoOutputs& out) const noexcept {
-    const auto words = field_.words(x, z);
-    GalvoFrame& frame = out.galvo[k];
-    frame.x_pm = nearest_within(x * kPmPerMetre);
-    frame.z_pm = nearest_within(z * kPmPerMetre);
-    frame.word_x = words[0];
-    frame.word_z = words[1];
-}
-
-void JobRunner::galvo_still(ServoOutputs& out) const noexcept {
-    galvo_frame(0, field_x_, field_z_, out);
-    for (std::size_t k = 1; k < kGalvoFramesPerTick; ++k) {
-        out.galvo[k] = out.galvo[0];
-    }
-}
-
 void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept {
     if (!may_mark) {
         return;
@@ -406,34 +379,6 @@ void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out
             fired_ = placer_.last_item();
         }
     }
-}
-
-void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
-    const double period = exact_double(machine_.galvo_period_ns) * 1e-9;
-    const motion::Place anchor{metres(path_.anchor_x), 0.0, metres(path_.anchor_z), 0.0};
-    double x = field_x_;
-    double z = field_z_;
-    double k = 0.0;
-    std::size_t frame = 0;
-    while (frame < kGalvoFramesPerTick) {
-        const motion::Segment segment = motion_.segment(t + k * period, cursor_);
-        const trajectory::Quintic& path_x = segment.piece->axis[kX];
-        const trajectory::Quintic& path_z = segment.piece->axis[kZ];
-        // Frames before the segment's end, at least this one.
-        const double left = clamped((segment.end - t) / period - k, 1.0, static_cast<double>(kGalvoFramesPerTick));
-        const auto whole = static_cast<std::uint32_t>(left);
-        const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
-        const std::size_t last = std::min<std::size_t>(frame + count, kGalvoFramesPerTick);
-        for (; frame < last; ++frame) {
-            const double at = segment.x(t + k * period);
-            x = value(path_x, at) - anchor[kX];
-            z = value(path_z, at) - anchor[kZ];
-            galvo_frame(frame, x, z, out);
-            k = k + 1.0;
-        }
-    }
-    field_x_ = x;
-    field_z_ = z;
 }
 
 void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {

@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "firmware/hal/io.hpp"
+#include "firmware/laser/field_map.hpp"
 #include "firmware/laser/pulse_placer.hpp"
-#include "firmware/laser/xy2_100.hpp"
 #include "firmware/motion/axis_geometry.hpp"
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/path_motion.hpp"
@@ -60,6 +60,9 @@ public:
     /// Kept from job to job. Any time.
     void set_feed_override(std::uint8_t percent) noexcept;
     [[nodiscard]] std::uint8_t feed_override_percent() const noexcept { return feed_override_percent_; }
+
+    /// New field correction, in place of the compensation's matrix for the galvo; an empty one takes it away.
+    void set_galvo_field(const GalvoField& field) noexcept { field_.set(field); }
 
     void start_job() noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
@@ -123,8 +126,11 @@ private:
     /// The override in force on this path, as the pulses allow it.
     [[nodiscard]] double override_share() noexcept;
     void galvo_path(double t, ServoOutputs& out) noexcept;
+    void galvo_jump(double t, ServoOutputs& out) noexcept;
     void galvo_still(ServoOutputs& out) const noexcept;
-    void galvo_frame(std::size_t k, double x, double z, ServoOutputs& out) const noexcept;
+    [[nodiscard]] laser::FieldPatch field_patch(const motion::Place& at) const noexcept {
+        return field_.patch(at[index(Axis::x)], at[index(Axis::z)], at[index(Axis::y)]);
+    }
     [[nodiscard]] std::int64_t light_lag_ns() const noexcept;
     [[nodiscard]] double seconds(std::int64_t ticks) const noexcept;
 
@@ -153,6 +159,7 @@ private:
     motion::Place target_{};       ///< where the present stage move was to end
     double field_x_ = 0.0;         ///< commanded galvo place relative to the axes, m
     double field_z_ = 0.0;
+    double field_depth_ = 0.0;  ///< of the surface nearer to the head than the anchor's focal plane, m
     AxisPositions set_point_{};
     PathBegin path_;
     std::uint32_t items_taken_ = 0;

@@ -48,8 +48,15 @@ struct DigitalOutputs {
     bool operator==(const DigitalOutputs&) const noexcept = default;
 };
 
-/// XY2-100 status word of a healthy head.
+/// XY2-100 status word of a healthy head whose mirrors are where they were sent: two equal bytes, each power,
+/// temperature, 1, acknowledge z, acknowledge x, 1, 0, 1 from bit 7 down. A line that floats high or low is none.
 inline constexpr std::uint16_t kGalvoStatusOk = 0xFDFD;
+inline constexpr std::uint16_t kGalvoAckX = 0x0808;  ///< mirror x is where its last word sent it
+inline constexpr std::uint16_t kGalvoAckZ = 0x1010;
+/// Power, temperature and the fixed bits are right; the mirrors may be on their way.
+[[nodiscard]] constexpr bool galvo_healthy(std::uint16_t status) noexcept {
+    return (status >> 8U) == (status & 0xFFU) && (status | kGalvoAckX | kGalvoAckZ) == kGalvoStatusOk;
+}
 
 /// Why the guard shut the gate; a bit set, 0 = open.
 enum class GuardCause : std::uint8_t { none = 0, estop = 1, interlock = 2, laser_alarm = 4, galvo = 8 };

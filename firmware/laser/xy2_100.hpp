@@ -1,57 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 
 #include "shared/machine/machine.hpp"
-#include "shared/math/scalar.hpp"
 
-/// Galvo command to XY2-100 words, 16-bit format: control bits 001, sixteen data bits, even parity over the twenty.
+/// Galvo command to XY2-100 words. 16-bit format: control bits 001, sixteen data bits, even parity over the twenty.
+/// 18-bit format: control bit 1, eighteen data bits, odd parity.
 
 namespace sc::laser {
 
-/// What a head's convention turns over in a two's complement position.
-[[nodiscard]] constexpr std::uint32_t xy2_100_flip(GalvoConvention convention) noexcept {
-    return convention == GalvoConvention::offset_binary ? 0x8000U : 0U;
-}
-
-/// The 20 bits of one channel, most significant first on the wire; `wire` is the position as the head reads it, 16
-/// bits.
-[[nodiscard]] constexpr std::uint32_t xy2_100_frame(std::uint32_t wire) noexcept {
-    constexpr std::uint32_t kEvenOf16 = 0x9669U;  // bit n: the parity of n, and of the one control bit that is set
-    std::uint32_t fold = wire ^ (wire >> 8U);
-    fold ^= fold >> 4U;
-    return 0x20000U | (wire << 1U) | ((kEvenOf16 >> (fold & 0xFU)) & 1U);
-}
-/// `position` is signed about the field's centre.
-[[nodiscard]] constexpr std::uint32_t xy2_100_word(std::int16_t position, GalvoConvention convention) noexcept {
-    return xy2_100_frame(static_cast<std::uint16_t>(position) ^ xy2_100_flip(convention));
-}
-
-/// Places in the field to counts and words, through the calibrated field correction. (x, z) in metres about the field's
-/// centre, |x|, |z| < 1 m. Clamped to 16 bits. 100 kHz context: no division, no root.
-class FieldMap {
+/// One format of words with one convention of signs. 100 kHz context: no branch, no division.
+class WordFormat {
 public:
-    FieldMap(const Compensation& compensation, const GalvoConfig& galvo) noexcept;
-    [[nodiscard]] std::array<std::int32_t, 2> counts(double x, double z) const noexcept {
-        return {within_16(nearest32_within(m_[0] * x + m_[1] * z + offset_[0])),
-                within_16(nearest32_within(m_[2] * x + m_[3] * z + offset_[1]))};
+    constexpr WordFormat(GalvoWord word, GalvoConvention convention) noexcept {
+        const bool wide = word == GalvoWord::bits18;
+        head_ = wide ? 0x80000U : 0x20000U;
+        mask_ = wide ? 0x3FFFFU : 0xFFFFU;
+        // Bit n: the parity bit for data that fold to n.
+        parity_ = wide ? 0x6996U : 0x9669U;
+        flip_ = convention == GalvoConvention::offset_binary ? (mask_ + 1U) / 2U : 0U;
+        most_ = static_cast<std::int32_t>(mask_ / 2U);
+        scale_ = wide ? 4.0 : 1.0;
     }
-    [[nodiscard]] std::array<std::uint32_t, 2> words(double x, double z) const noexcept {
-        const std::array<std::int32_t, 2> c = counts(x, z);
-        return {xy2_100_frame((static_cast<std::uint32_t>(c[0]) ^ flip_) & 0xFFFFU),
-                xy2_100_frame((static_cast<std::uint32_t>(c[1]) ^ flip_) & 0xFFFFU)};
+    /// Words of this format for one 16-bit count.
+    [[nodiscard]] constexpr double scale() const noexcept { return scale_; }
+    /// Largest position; −most is the smallest that is sent.
+    [[nodiscard]] constexpr std::int32_t most() const noexcept { return most_; }
+    [[nodiscard]] constexpr std::int32_t within(std::int32_t position) const noexcept {
+        return position > most_ ? most_ : (position < -most_ ? -most_ : position);
+    }
+    /// The 20 bits of one channel, most significant first on the wire. `position` is signed about the field's centre;
+    /// what does not fit is cut off, so clamp it before.
+    [[nodiscard]] constexpr std::uint32_t word(std::int32_t position) const noexcept {
+        const std::uint32_t wire = (static_cast<std::uint32_t>(position) ^ flip_) & mask_;
+        std::uint32_t fold = wire ^ (wire >> 16U);
+        fold ^= fold >> 8U;
+        fold ^= fold >> 4U;
+        return head_ | (wire << 1U) | ((parity_ >> (fold & 0xFU)) & 1U);
+    }
+    [[nodiscard]] constexpr bool wide() const noexcept { return mask_ > 0xFFFFU; }
+    /// `within` and `word` at once, for loops that know the width: half the instructions. `position` is clamped.
+    template <GalvoWord kWord>
+    [[nodiscard]] constexpr std::uint32_t clamped_word(std::int32_t position) const noexcept {
+        constexpr bool kWide = kWord == GalvoWord::bits18;
+        constexpr std::int32_t kMost = kWide ? 131071 : 32767;
+        constexpr std::uint32_t kMask = kWide ? 0x3FFFFU : 0xFFFFU;
+        const std::int32_t in = position > kMost ? kMost : (position < -kMost ? -kMost : position);
+        const std::uint32_t wire = (static_cast<std::uint32_t>(in) ^ flip_) & kMask;
+        std::uint32_t fold = wire ^ (wire >> 8U);
+        if constexpr (kWide) {
+            fold ^= wire >> 16U;
+        }
+        fold ^= fold >> 4U;
+        constexpr std::uint32_t kParity = kWide ? 0x6996U : 0x9669U;
+        return (kWide ? 0x80000U : 0x20000U) | (wire << 1U) | ((kParity >> (fold & 0xFU)) & 1U);
+    }
+    /// The position that a word of this format asks for; parity and control bits are not looked at.
+    [[nodiscard]] constexpr std::int32_t position(std::uint32_t word) const noexcept {
+        const std::uint32_t data = ((word >> 1U) ^ flip_) & mask_;
+        const auto sign = static_cast<std::int32_t>((mask_ + 1U) / 2U);
+        return static_cast<std::int32_t>(data ^ static_cast<std::uint32_t>(sign)) - sign;
     }
 
 private:
-    static std::int32_t within_16(std::int32_t v) noexcept {
-        constexpr std::int32_t kMost = 32767;
-        return v > kMost ? kMost : (v < -kMost ? -kMost : v);
-    }
-    std::array<double, 4> m_{};
-    std::array<double, 2> offset_{};
+    std::uint32_t head_ = 0;
+    std::uint32_t mask_ = 0;
+    std::uint32_t parity_ = 0;
     std::uint32_t flip_ = 0;
+    std::int32_t most_ = 0;
+    double scale_ = 1.0;
 };
+
+/// One word, for where speed does not matter.
+[[nodiscard]] constexpr std::uint32_t xy2_100_word(std::int32_t position, GalvoConvention convention,
+                                                   GalvoWord word = GalvoWord::bits16) noexcept {
+    return WordFormat(word, convention).word(position);
+}
 
 }  // namespace sc::laser

@@ -136,6 +136,13 @@ void Endpoint::on(const SetMap& map) noexcept {
     request(map.sequence, event);
 }
 
+void Endpoint::on(const SetGalvoField& field) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::galvo_field;
+    event.galvo_field = field;
+    request(field.sequence, event);
+}
+
 void Endpoint::take_block(std::span<const std::uint8_t> payload) noexcept {
     const std::optional<BlockView> block = view_block(payload);
     if (!block) {

@@ -19,8 +19,8 @@
 
 namespace sc::link {
 
-/// Something the controller must decide on. A command, job_open, compensation, map_chunk or set_map is owed a `reply`
-/// with its sequence.
+/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map or galvo_field
+/// is owed a `reply` with its sequence.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
@@ -29,6 +29,7 @@ struct LinkEvent {
         compensation,
         map_chunk,
         set_map,
+        galvo_field,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
     };
@@ -38,6 +39,7 @@ struct LinkEvent {
     SetCompensation compensation;
     MapChunk map_chunk;
     SetMap set_map;
+    SetGalvoField galvo_field;
 };
 
 /// Monotonic counts since start.
@@ -134,6 +136,7 @@ private:
     void on(const Block& /*block*/) noexcept {}  ///< see take_block
     void take_block(std::span<const std::uint8_t> payload) noexcept;
     void on(const SetCompensation& compensation) noexcept;
+    void on(const SetGalvoField& field) noexcept;
     void on(const ConfigRequest& request) noexcept;
     void on(const MapChunk& chunk) noexcept;
     void on(const SetMap& map) noexcept;

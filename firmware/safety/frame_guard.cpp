@@ -8,6 +8,11 @@ constexpr unsigned bit_if(bool condition, GuardCause cause) noexcept {
     return condition ? static_cast<unsigned>(cause) : 0U;
 }
 
+/// While pulses may leave, the mirrors must be where they are sent.
+constexpr bool healthy_head(const GuardInputs& inputs) noexcept {
+    return inputs.gate_allowed ? inputs.galvo_status == kGalvoStatusOk : galvo_healthy(inputs.galvo_status);
+}
+
 }  // namespace
 
 GuardVeto frame_guard(const GuardInputs& inputs) noexcept {
@@ -15,7 +20,7 @@ GuardVeto frame_guard(const GuardInputs& inputs) noexcept {
     const unsigned causes = bit_if(!digital.estop_closed, GuardCause::estop) |
                             bit_if(!digital.interlock_closed, GuardCause::interlock) |
                             bit_if(!digital.laser_ready || !digital.laser_no_alarm, GuardCause::laser_alarm) |
-                            bit_if(inputs.galvo_status != kGalvoStatusOk, GuardCause::galvo);
+                            bit_if(!healthy_head(inputs), GuardCause::galvo);
     return {.close_gate = !inputs.gate_allowed || causes != 0, .causes = static_cast<std::uint8_t>(causes)};
 }
 

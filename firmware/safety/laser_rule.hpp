@@ -36,9 +36,9 @@ public:
     constexpr MoSequencer(std::int64_t wait_ns, std::int64_t period_ns) noexcept
         : wait_ns_(wait_ns), period_ns_(period_ns) {}
 
-    /// Once a control tick, with the state that holds in this tick.
-    constexpr void step(State state) noexcept {
-        const bool wanted = mo_state(state);
+    /// Once a control tick, with the state that holds in this tick. `permitted` false keeps it off in any state.
+    constexpr void step(State state, bool permitted = true) noexcept {
+        const bool wanted = mo_state(state) && permitted;
         if (wanted && on_ && on_ns_ < wait_ns_) {
             on_ns_ += period_ns_;
         } else if (!wanted || !on_) {

@@ -242,6 +242,25 @@ void CellClient::set_compensation(const Compensation& compensation) {
     request(send, "set compensation");
 }
 
+void CellClient::set_galvo_field(const GalvoField& field) {
+    link::SetGalvoField message;
+    const auto send = [&](std::uint32_t sequence) {
+        message.sequence = sequence;
+        wire_.send(message);
+    };
+    const std::size_t numbers = field.empty() ? 0 : GalvoField::kNumbers;
+    for (std::size_t first = 0; first < numbers; first += message.count) {
+        message.first = static_cast<std::uint16_t>(first);
+        message.count = static_cast<std::uint8_t>(std::min(message.numbers.size(), numbers - first));
+        for (std::size_t i = 0; i < message.count; ++i) {
+            message.numbers[i] = field.number(first + i);
+        }
+        request(send, "set galvo field");
+    }
+    message = {.first = static_cast<std::uint16_t>(numbers)};
+    request(send, "set galvo field");
+}
+
 void CellClient::set_map(const AxisMap& map) {
     link::MapBytes bytes{};
     link::SetMap set;

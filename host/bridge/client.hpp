@@ -13,6 +13,7 @@
 #include "host/bridge/wire.hpp"
 #include "shared/codes/state.hpp"
 #include "shared/machine/axis_map.hpp"
+#include "shared/machine/galvo_field.hpp"
 #include "shared/machine/machine.hpp"
 
 namespace sc::host {
@@ -40,6 +41,8 @@ public:
     [[nodiscard]] MachineConfig read_config();
     /// The following throw CellRefused with the controller's reason, LinkError without an answer.
     void set_compensation(const Compensation& compensation);
+    /// An empty field takes the one in force away.
+    void set_galvo_field(const GalvoField& field);
     /// Sends the map and puts it in force; the identity takes one away. Throws CellRefused with axis and node if the
     /// machine cannot take it.
     void set_map(const AxisMap& map);

@@ -26,6 +26,8 @@ constexpr const char* kExamples = R"(Examples:
       builds the image first)
   scribecell bench scribe --json --seed 7 --raw run1
       one JSON object; the trials as CSV in run1
+  scribecell bench laser
+      a plate of crosses, measured, fitted, and compared with the true head
   scribecell bench motion
       the trajectory planner on three workloads: time, limits, deviation, cost
   scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01
@@ -37,6 +39,7 @@ Exit codes: 0 all figures are as asked; 1 one is not, or the benchmark failed; 2
 constexpr std::array kBenches{
     Bench{"scribe", "the main job on the simulated cell", bench_scribe},
     Bench{"controller", "instructions a tick on a Cortex-M7, the same bits everywhere", bench_controller},
+    Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion}};
 
 std::string names() {

@@ -47,6 +47,11 @@ struct MotionFile {
 /// Becomes scribecell-motion-bench; returns only by throwing.
 int bench_motion_file(const MotionFile& file, bool json);
 
+/// The galvo's field correction, from a plate burnt in the simulated cell and measured with σ 7.5 µm, judged by the
+/// world's own rays over 110 mm and ± 1 mm of depth (scribecell-field-truth). Figures: field_residual_rms_um,
+/// field_residual_max_um, the same noise-free, and field_without_depth_max_um: the correction in two dimensions only.
+[[nodiscard]] std::vector<Figure> bench_laser(const BenchOptions& options);
+
 /// What the controller costs on a Cortex-M7, in instructions, and whether its bits are the same everywhere. One job at
 /// 4 000 points/s and 200 kHz, ramps, corners and a dense line, run three times: on the board m7 (recorded), on this
 /// PC, and as a replay of the recording. Figures: servo_instructions_max, tick_instructions_max (marking ticks),

@@ -13,6 +13,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell scribe                     the main job, on the simulated cell
   scribecell scribe --dry-run           what it would burn
   scribecell replay inputs.rec          the controller again, with recorded inputs
+  scribecell calibrate galvo-field      the galvo's field correction, from burnt crosses
   scribecell monitor --once             state of a cell
   scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell doctor                     what is installed, connected, missing

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "host/bridge/stop.hpp"
+#include "host/calibration/galvo_model.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/override_keys.hpp"
 #include "host/cli/progress_printer.hpp"
@@ -121,6 +122,7 @@ private:
             session.clear();
             client.set_compensation(compensation_of(input_.calibration));
             client.set_map(axis_map_of(input_.calibration));
+            client.set_galvo_field(galvo_field_of(input_.calibration));
             if (options_.override_percent) {
                 note_override(*options_.override_percent);
                 client.command(link::Verb::set_override, *options_.override_percent);

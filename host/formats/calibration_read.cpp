@@ -142,6 +142,55 @@ GalvoRecord read_galvo(TomlReader& table) {
     return out;
 }
 
+GalvoFieldRecord read_galvo_field(TomlReader& table) {
+    GalvoFieldRecord out;
+    out.angle_scale = table.number("angle_scale_mm", {1.0, 10'000.0}) / 1e3;
+    const auto offset = table.numbers("offset_um", 2);
+    const auto gain = table.numbers("gain", 2);
+    const auto lens = table.numbers("lens_mm", 4);
+    const auto exit = table.numbers("exit_per_m", 2);
+    const auto tilt = table.numbers("tilt_mrad", 2);
+    out.value = {offset[0] / 1e6,
+                 offset[1] / 1e6,
+                 gain[0],
+                 gain[1],
+                 table.number("rotation_mrad", {-200.0, 200.0}) / 1e3,
+                 table.number("skew_mrad", {-200.0, 200.0}) / 1e3,
+                 lens[0] / 1e3,
+                 lens[1] / 1e3,
+                 lens[2] / 1e3,
+                 lens[3] / 1e3,
+                 exit[0],
+                 exit[1],
+                 table.number("bend_per_m2", {-500.0, 500.0}),
+                 tilt[0] / 1e3,
+                 tilt[1] / 1e3};
+    for (const std::size_t i : {0U, 1U}) {
+        if (!(gain[i] > 0.5 && gain[i] < 1.5)) {
+            table.fail("gain", "is far from 1", decimal(gain[i]),
+                       "correct mirrored or rescaled mirrors in the machine's configuration");
+        }
+    }
+    if (!(lens[0] > 0.5 * 1e3 * out.angle_scale && lens[0] < 2e3 * out.angle_scale)) {
+        table.fail("lens_mm", "does not fit angle_scale_mm: its first is", decimal(lens[0]),
+                   "give the image height per radian of optical angle first");
+    }
+    out.covariance = read_covariance(table, kGalvoFieldOrder, kGalvoFieldLengths, kMetre);
+    if (auto residual = table.table_if("residual")) {
+        out.residual_half = residual->number("half_mm", {1.0, 1000.0}) / 1e3;
+        out.residual_side = static_cast<std::size_t>(residual->integer("side", 4, 65));
+        const auto x = residual->numbers("x_um", out.residual_side * out.residual_side);
+        const auto z = residual->numbers("z_um", out.residual_side * out.residual_side);
+        for (std::size_t i = 0; i < x.size(); ++i) {
+            out.residual.push_back({x[i] / 1e6, z[i] / 1e6});
+        }
+        residual->finish();
+    }
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
 SensorRay read_ray(TomlReader& table) {
     SensorRay out;
     out.id = table.text("id");
@@ -209,6 +258,9 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
     }
     if (auto table = root.table_if("galvo")) {
         set.galvo = read_galvo(*table);
+    }
+    if (auto table = root.table_if("galvo_field")) {
+        set.galvo_field = read_galvo_field(*table);
     }
     read_sensors(root, set);
     root.finish();

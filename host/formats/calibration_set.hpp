@@ -81,6 +81,20 @@ struct GalvoRecord {
     Provenance provenance;
     bool operator==(const GalvoRecord&) const = default;
 };
+/// Ray model of head and lens with what it leaves over: the field correction in three dimensions. Definitions:
+/// host/calibration/galvo_model.hpp. Values, and the covariance's order: ox,oz,gx,gz,rotation,skew,f1,f2,f3,f4,ex,ez,
+/// bend,tx,tz, all in metres and radians.
+struct GalvoFieldRecord {
+    static constexpr std::size_t kParameters = 15;
+    double angle_scale = 0.0;  ///< metres of command per radian
+    std::array<double, kParameters> value{};
+    Covariance<kParameters> covariance;
+    double residual_half = 0.0;                   ///< metres of command
+    std::size_t residual_side = 0;                ///< 0: none
+    std::vector<std::array<double, 2>> residual;  ///< metres, coefficients of a bicubic B-spline, x runs fastest
+    Provenance provenance;
+    bool operator==(const GalvoFieldRecord&) const = default;
+};
 /// Errors of the linear axes: for readings q the focus truly stands at p = A q,
 ///     p_x = (1 + scale_x)·q_x + xy·q_y + xz·q_z,  p_y = (1 + scale_y)·q_y + yz·q_z,  p_z = (1 + scale_z)·q_z.
 /// Covariance order xy,xz,yz,sx,sy,sz.
@@ -113,6 +127,7 @@ struct CalibrationSet {
     std::optional<AxesRecord> axes;
     std::optional<AxisMapRecord> axis_map;
     std::optional<GalvoRecord> galvo;
+    std::optional<GalvoFieldRecord> galvo_field;  ///< is used in place of `galvo` where it is there
     std::optional<SensorRay> y_sensor;
     std::vector<SensorRay> triple_head;  ///< none or three
 

@@ -97,6 +97,35 @@ void write_galvo(TomlWriter& out, const GalvoRecord& record) {
     }
 }
 
+void write_galvo_field(TomlWriter& out, const GalvoFieldRecord& record) {
+    const auto& v = record.value;
+    out.table("galvo_field");
+    out.number("angle_scale_mm", record.angle_scale, 1e3);
+    out.numbers("offset_um", {v[0], v[1]}, 1e6);
+    out.numbers("gain", {v[2], v[3]});
+    out.number("rotation_mrad", v[4], 1e3);
+    out.number("skew_mrad", v[5], 1e3);
+    out.numbers("lens_mm", {v[6], v[7], v[8], v[9]}, 1e3);
+    out.numbers("exit_per_m", {v[10], v[11]});
+    out.number("bend_per_m2", v[12]);
+    out.numbers("tilt_mrad", {v[13], v[14]}, 1e3);
+    write_covariance(out, record.covariance, kGalvoFieldOrder, kGalvoFieldLengths);
+    write_provenance(out, record.provenance);
+    if (record.residual_side > 0) {
+        std::vector<double> x;
+        std::vector<double> z;
+        for (const auto& xz : record.residual) {
+            x.push_back(xz[0]);
+            z.push_back(xz[1]);
+        }
+        out.table("galvo_field.residual");
+        out.number("half_mm", record.residual_half, 1e3);
+        out.integer("side", static_cast<std::int64_t>(record.residual_side));
+        out.numbers("x_um", x, 1e6);
+        out.numbers("z_um", z, 1e6);
+    }
+}
+
 void write_ray(TomlWriter& out, const SensorRay& ray) {
     out.text("id", ray.id);
     out.vector("origin_mm", ray.origin.v, 1e3);
@@ -121,6 +150,9 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     }
     if (set.galvo) {
         write_galvo(out, *set.galvo);
+    }
+    if (set.galvo_field) {
+        write_galvo_field(out, *set.galvo_field);
     }
     if (set.y_sensor) {
         out.table("y_sensor");

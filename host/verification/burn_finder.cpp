@@ -46,7 +46,7 @@ Face* face_of(std::vector<Face>& faces, double c_deg, double window_deg) {
 void sort_by_face(std::span<const trace::PulseRecord> pulses, double window_deg, std::vector<Face>& faces,
                   BurnFindings& findings) {
     for (const trace::PulseRecord& record : pulses) {
-        if (record.hit == 0) {
+        if (record.hit != 1) {
             ++findings.missed;
             continue;
         }

@@ -32,6 +32,7 @@ enum class Fault : std::uint8_t {
     turn_not_retracted = 14,
     mark_rule = 15,
     arithmetic_state = 16,
+    galvo_absent = 17,
 };
 
 enum class Refusal : std::uint16_t {

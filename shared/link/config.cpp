@@ -19,13 +19,13 @@ constexpr void visit_axis(Visitor& v, Config& a) noexcept {
 }
 template <class Visitor, class Config>
 constexpr void visit_galvo(Visitor& v, Config& g) noexcept {
-    auto& [half_field, speed, acceleration, jerk, counts, latency, convention] = g;
-    v(half_field), v(speed), v(acceleration), v(jerk), v(counts), v(latency), v(convention);
+    auto& [half_field, speed, acceleration, jerk, counts, latency, convention, word] = g;
+    v(half_field), v(speed), v(acceleration), v(jerk), v(counts), v(latency), v(convention), v(word);
 }
 template <class Visitor, class Config>
 constexpr void visit_laser(Visitor& v, Config& l) noexcept {
-    auto& [power, prr_min, prr_nominal, mo_wait, latency, mark_speed_min] = l;
-    v(power), v(prr_min), v(prr_nominal), v(mo_wait), v(latency), v(mark_speed_min);
+    auto& [power, prr_min, prr_nominal, warning, mo_wait, latency, mark_speed_min] = l;
+    v(power), v(prr_min), v(prr_nominal), v(warning), v(mo_wait), v(latency), v(mark_speed_min);
 }
 template <class Visitor, class Config>
 constexpr void visit_keep_out(Visitor& v, Config& k) noexcept {
@@ -75,6 +75,7 @@ struct Writer {
         out.put(value.si());
     }
     void operator()(const GalvoConvention& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
+    void operator()(const GalvoWord& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
 };
 struct Reader {
     ByteReader& in;
@@ -90,6 +91,13 @@ struct Reader {
         const auto code = in.get<std::uint8_t>();
         value = static_cast<GalvoConvention>(code);
         if (code > static_cast<std::uint8_t>(GalvoConvention::twos_complement)) {
+            in.fail();
+        }
+    }
+    void operator()(GalvoWord& value) noexcept {
+        const auto code = in.get<std::uint8_t>();
+        value = static_cast<GalvoWord>(code);
+        if (code > static_cast<std::uint8_t>(GalvoWord::bits18)) {
             in.fail();
         }
     }
@@ -134,7 +142,8 @@ bool galvo_is_sound(const GalvoConfig& g) noexcept {
 
 bool laser_is_sound(const LaserConfig& l) noexcept {
     return positive(l.power.si()) && positive(l.prr_min.si()) && positive(l.prr_nominal.si()) &&
-           l.prr_min <= l.prr_nominal && l.mo_wait_ns >= 0 && l.latency_ns >= 0 && not_negative(l.mark_speed_min.si());
+           l.prr_min <= l.prr_nominal && l.warning_ns >= 0 && l.mo_wait_ns >= 0 && l.latency_ns >= 0 &&
+           not_negative(l.mark_speed_min.si());
 }
 
 bool times_are_sound(const MachineConfig& m) noexcept {

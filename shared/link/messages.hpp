@@ -173,6 +173,24 @@ struct SetMap {
     }
 };
 
+/// Field correction of the galvo in three dimensions (shared/machine GalvoField), in order: `first` counts the numbers
+/// sent before. count 0 ends the row: with all numbers sent the correction takes effect at once, with none the one in
+/// force is taken away. Anything out of order must begin again at 0. Answered by CommandReply; refused while anything
+/// moves.
+struct SetGalvoField {
+    static constexpr std::uint8_t kId = 10;
+    static constexpr std::string_view kName = "set_galvo_field";
+    static constexpr std::size_t kNumbers = 24;
+    std::uint32_t sequence = 0;
+    std::uint16_t first = 0;
+    std::uint8_t count = 0;  ///< of `numbers` in use
+    std::array<double, kNumbers> numbers{};
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("first", m.first), v("count", m.count), v("numbers", m.numbers);
+    }
+};
+
 // --- controller to host -------------------------------------------------------------------------------------------
 
 struct HelloReply {

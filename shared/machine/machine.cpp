@@ -38,18 +38,20 @@ MachineConfig reference_machine() noexcept {
     c.latency_ns = 4'000'000;
     c.drive_node = 4;
 
-    // A 10 mm aperture head behind an f = 160 mm lens, used well inside its field.
-    m.galvo.half_field = 20_mm;
+    // A 10 mm aperture head behind an f = 160 mm lens with a field of 110 mm; its words reach 7 mm further, so that the
+    // lens' distortion can be taken out at the edge too.
+    m.galvo.half_field = 55_mm;
     m.galvo.speed = 2.0_m_s;
     m.galvo.acceleration = 8000.0_m_s2;
     m.galvo.jerk = 8e7_m_s3;
-    m.galvo.counts_per_metre = 65536.0 / 0.110;
+    m.galvo.counts_per_metre = 65536.0 / 0.124;
     m.galvo.latency_ns = 160'000;
     m.galvo.convention = GalvoConvention::offset_binary;
 
     m.laser.power = 80.0_W;
     m.laser.prr_min = 20_kHz;
     m.laser.prr_nominal = 80_kHz;
+    m.laser.warning_ns = 500'000'000;
     m.laser.mo_wait_ns = 8'000'000;
     m.laser.latency_ns = 1'000;
     m.laser.mark_speed_min = 2.0_mm_s;

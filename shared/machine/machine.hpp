@@ -38,17 +38,20 @@ struct AxisConfig {
     std::uint8_t drive_node = 0;    ///< CANopen node id
 };
 
-/// How the 16-bit XY2-100 position is to be read by the head; unset refuses to arm.
+/// How the XY2-100 position is to be read by the head; unset refuses to arm.
 enum class GalvoConvention : std::uint8_t { unset = 0, offset_binary = 1, twos_complement = 2 };
+/// Format of the position words: XY2-100 with 16 bits, or XY2-100-18 ("enhanced") with 18.
+enum class GalvoWord : std::uint8_t { bits16 = 0, bits18 = 1 };
 
 struct GalvoConfig {
     Length half_field;  ///< commanded |x|, |z| stays within
     Speed speed;        ///< per mirror, at the surface
     Acceleration acceleration;
     Jerk jerk;
-    double counts_per_metre = 0.0;  ///< 16-bit counts per metre at the surface
+    double counts_per_metre = 0.0;  ///< 16-bit counts per metre at the surface, whatever the word's format
     std::int64_t latency_ns = 0;    ///< transport delay plus lag, as a time
     GalvoConvention convention = GalvoConvention::unset;
+    GalvoWord word = GalvoWord::bits16;
 };
 
 struct LaserConfig {
@@ -56,6 +59,7 @@ struct LaserConfig {
     Frequency prr_min;  ///< the source must run within [prr_min, prr_nominal]
     Frequency
         prr_nominal;  ///< full power byte belongs to this rate; at others the byte is scaled, so that energy stays
+    std::int64_t warning_ns = 0;  ///< emission warning on → master oscillator on
     std::int64_t mo_wait_ns = 0;  ///< master oscillator on → gate allowed
     std::int64_t latency_ns = 0;  ///< from trigger edge to light
     Speed mark_speed_min;         ///< the gate stays shut below this path speed

@@ -22,7 +22,7 @@ struct PulseRecord {
     std::int64_t defocus_pm = 0;             ///< focus minus surface along +y: positive = focus nearer to the head
     std::int64_t c_ndeg = 0;                 ///< true angle of C
     std::uint32_t energy_nj = 0;
-    std::uint8_t hit = 0;  ///< 1: met the surface; 0: missed it (places are then 0)
+    std::uint8_t hit = 0;  ///< 1: marked the surface; 2: met it, too weak there to mark it; 0: missed it (places are 0)
 };
 inline constexpr std::size_t kPulseRecordSize = 8 + 24 + 24 + 8 + 8 + 4 + 1;
 

@@ -7,6 +7,7 @@ import unittest
 from pathlib import Path
 
 import format as format_rule
+import hazards
 import includes
 import licences
 import project
@@ -36,6 +37,19 @@ class Planted(unittest.TestCase):
 
     def passes(self, rule, path, text):
         self.assertEqual(self.findings(rule, path, text), [])
+
+
+class Hazards(Planted):
+    HEADING = "| hazard | reaction | test |\n|---|---|---|\n"
+
+    def test_a_hazard_names_a_test_that_is_there(self):
+        tests = self.root / "tests/unit/a_test.cpp"
+        tests.parent.mkdir(parents=True)
+        tests.write_text("TEST_F(Guard, Shuts) {}\n", encoding="utf-8")
+        self.passes(hazards, hazards.PAGE, f"{self.HEADING}| light | off | `Guard.Shuts` |\n")
+        self.caught(hazards, hazards.PAGE, f"{self.HEADING}| light | off | `Guard.Opens` |\n", "Guard.Opens")
+        self.caught(hazards, hazards.PAGE, f"{self.HEADING}| light | off | by hand |\n", "names no test")
+        self.caught(hazards, hazards.PAGE, "no table\n", "no table")
 
 
 class Includes(Planted):

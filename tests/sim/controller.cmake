@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 sc_test(sim_controller LABEL sim TIMEOUT 300
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/controller_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/galvo_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/cell_rig.cpp
   DEPS boards_sim firmware_controller shared_link shared_path shared_trace shared_hash)

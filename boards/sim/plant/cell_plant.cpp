@@ -12,6 +12,9 @@ namespace {
 /// Where the axes happen to stand when the cell is switched on: base units, off every grid.
 constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
 
+/// A converter for the galvo's line says "all well" with no head behind it.
+constexpr std::uint16_t kConverterAlone = 0xFDFD;
+
 std::int64_t pm(double metres) { return std::llround(metres * kPmPerMetre); }
 
 std::array<std::int64_t, 3> pm(const Vec3& v) { return {pm(v.x), pm(v.y), pm(v.z)}; }
@@ -33,7 +36,7 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
       guard_(guard_function),
       faults_(std::move(script)),
       galvo_(machine, world.spec().galvo),
-      laser_(machine.laser, world.spec().laser.power_time_constant),
+      laser_(machine.laser, world.spec().laser),
       lines_(world.spec().inputs) {
     check_periods(machine);
     deflections_.resize(static_cast<std::size_t>(machine.guard_period_ns / machine.galvo_period_ns) + 1);
@@ -144,6 +147,13 @@ void CellPlant::light(const LaserPulse& pulse, std::int64_t begin_ns, const Puls
     }
 }
 
+bool CellPlant::marks(const LaserPulse& pulse, const Spot& spot) const {
+    const LaserTruth& laser = world_->spec().laser;
+    const double off = spot.defocus / laser.rayleigh_length;
+    const double area = kPi * laser.waist * laser.waist * (1.0 + off * off);
+    return 2.0 * pulse.energy_nj * 1e-9 / area >= laser.mark_threshold;
+}
+
 trace::PulseRecord CellPlant::record_of(const LaserPulse& pulse, std::int64_t begin_ns) const {
     const double frame_ns = static_cast<double>(machine_.galvo_period_ns);
     const double frames = std::max(0.0, static_cast<double>(pulse.t_ns - begin_ns) / frame_ns);
@@ -162,7 +172,7 @@ trace::PulseRecord CellPlant::record_of(const LaserPulse& pulse, std::int64_t be
         record.place_pm = pm(spot->place);
         record.table_pm = pm(spot->table_place);
         record.defocus_pm = pm(spot->defocus);
-        record.hit = 1;
+        record.hit = marks(pulse, *spot) ? 1 : 2;
     }
     return record;
 }
@@ -183,7 +193,13 @@ void CellPlant::apply(const FaultEvent& event, std::int64_t t_ns) {
         case FaultAction::laser_not_ready: lines_.laser_ready = false; break;
         case FaultAction::laser_ok: lines_.laser_ready = lines_.laser_no_alarm = true; break;
         case FaultAction::galvo_fail: galvo_.fail(true); break;
-        case FaultAction::galvo_ok: galvo_.fail(false); break;
+        case FaultAction::galvo_absent: galvo_.unplug(kConverterAlone); break;
+        case FaultAction::galvo_float_high: galvo_.unplug(0xFFFF); break;
+        case FaultAction::galvo_float_low: galvo_.unplug(0x0000); break;
+        case FaultAction::galvo_ok:
+            galvo_.fail(false);
+            galvo_.unplug(std::nullopt);
+            break;
         case FaultAction::link_cut: link_connected_ = false; break;
         case FaultAction::link_restore: link_connected_ = true; break;
         case FaultAction::drive_freeze:

@@ -66,6 +66,7 @@ private:
     void move(std::int64_t t_ns, std::size_t first_frame, const ServoOutputs* acting);
     void fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink& sink);
     void light(const LaserPulse& pulse, std::int64_t begin_ns, const PulseSink& sink);
+    [[nodiscard]] bool marks(const LaserPulse& pulse, const Spot& spot) const;
     [[nodiscard]] trace::PulseRecord record_of(const LaserPulse& pulse, std::int64_t begin_ns) const;
     void run_timed_events(std::int64_t t_ns);
     void apply(const FaultEvent& event, std::int64_t t_ns);

@@ -23,6 +23,9 @@ enum class FaultAction : std::uint8_t {
     laser_ok,
     laser_not_ready,
     galvo_fail,
+    galvo_absent,      ///< no head, and a converter that says "all well" for ever
+    galvo_float_high,  ///< no head, and a status line that reads as ones
+    galvo_float_low,   ///< or as zeros
     galvo_ok,
     drive_freeze,   ///< encoder stands still
     drive_stall,    ///< axis runs against an obstacle
@@ -50,9 +53,10 @@ struct FaultEvent {
 ///     pulse 1000 interlock open    # after the 1000th pulse
 ///     at 4 drive x fault 0x2310
 ///
-/// Subjects: estop open|close, interlock open|close, laser alarm|ok|not_ready, galvo fail|ok,
-/// drive x|y|z|c freeze|stall|silent|recover, drive … fault CODE, link cut|restore.
-/// Throws WorldError with file name and line for anything else. Events at a time come out in order of time.
+/// Subjects: estop open|close, interlock open|close, laser alarm|ok|not_ready, galvo
+/// fail|absent|float_high|float_low|ok, drive x|y|z|c freeze|stall|silent|recover, drive … fault CODE, link
+/// cut|restore. Throws WorldError with file name and line for anything else. Events at a time come out in order of
+/// time.
 [[nodiscard]] std::vector<FaultEvent> parse_fault_script(std::string_view text, const std::string& file);
 [[nodiscard]] std::vector<FaultEvent> read_fault_script(const std::filesystem::path& file);
 

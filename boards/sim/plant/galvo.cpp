@@ -8,6 +8,7 @@
 namespace sc::sim {
 namespace {
 
+constexpr std::uint16_t kStatusGood = 0xFDFD;
 /// Power OK and temperature OK of both halves of the status word are gone.
 constexpr std::uint16_t kStatusPowerLost = 0x7D7D;
 /// A mirror this near to its command, and this slow, is put there: the exponential never ends by itself.
@@ -24,6 +25,13 @@ std::optional<std::uint16_t> decode_xy2_100(std::uint32_t word) noexcept {
     return static_cast<std::uint16_t>(word >> 1U);
 }
 
+std::optional<std::uint32_t> decode_xy2_100_18(std::uint32_t word) noexcept {
+    if ((word >> 19U) != 1U || std::popcount(word) % 2 == 0) {
+        return std::nullopt;
+    }
+    return (word >> 1U) & 0x3FFFFU;
+}
+
 std::array<double, 2> between(const Deflection& from, const Deflection& to, double fraction,
                               double frame_seconds) noexcept {
     const double u = fraction;
@@ -37,7 +45,10 @@ std::array<double, 2> between(const Deflection& from, const Deflection& to, doub
 }
 
 GalvoPlant::GalvoPlant(const MachineConfig& machine, const GalvoTruth& truth)
-    : convention_(machine.galvo.convention), metres_per_count_(1.0 / machine.galvo.counts_per_metre) {
+    : convention_(machine.galvo.convention),
+      format_(machine.galvo.word),
+      metres_per_count_(1.0 / machine.galvo.counts_per_metre / (format_ == GalvoWord::bits18 ? 4.0 : 1.0)),
+      ack_limit_(truth.ack_limit) {
     const double frame = static_cast<double>(machine.galvo_period_ns) * 1e-9;
     const double lag = 2.0 * truth.damping / (2.0 * kPi * truth.natural_frequency);
     delay_ = truth.tracking - frame / 2.0 - lag;
@@ -62,14 +73,22 @@ GalvoPlant::Step GalvoPlant::step_of(const GalvoTruth& truth, double seconds) {
 }
 
 void GalvoPlant::take(std::size_t mirror, std::uint32_t word) {
-    const std::optional<std::uint16_t> code = decode_xy2_100(word);
+    const bool wide = format_ == GalvoWord::bits18;
+    const std::optional<std::uint32_t> code =
+        wide ? decode_xy2_100_18(word)
+             : decode_xy2_100(word).transform([](std::uint16_t c) { return std::uint32_t{c}; });
     if (!code) {
         ++dropped_;
         return;
     }
     word_[mirror] = word;
-    const int counts = convention_ == GalvoConvention::twos_complement ? static_cast<std::int16_t>(*code)
-                                                                       : static_cast<int>(*code) - 0x8000;
+    const int range = wide ? 0x40000 : 0x10000;
+    int counts = static_cast<int>(*code);
+    if (convention_ != GalvoConvention::twos_complement) {
+        counts -= range / 2;
+    } else if (counts >= range / 2) {
+        counts -= range;
+    }
     const double place = metres_per_count_ * counts;
     if (place != command_[mirror]) {
         command_[mirror] = place;
@@ -96,7 +115,7 @@ bool GalvoPlant::settled() const noexcept {
 }
 
 void GalvoPlant::play(std::uint32_t word_x, std::uint32_t word_z) {
-    if (failed_) {
+    if (failed_ || line_status_) {
         state_.speed = {};
         return;
     }
@@ -120,6 +139,22 @@ void GalvoPlant::play(std::uint32_t word_x, std::uint32_t word_z) {
     move(after, late_);
 }
 
-std::uint16_t GalvoPlant::status() const noexcept { return failed_ ? kStatusPowerLost : kGalvoStatusOk; }
+std::uint16_t GalvoPlant::status() const noexcept {
+    if (line_status_) {
+        return *line_status_;
+    }
+    if (failed_) {
+        return kStatusPowerLost;
+    }
+    // Bit 4 of either byte: mirror Y of the standard, our z; bit 3: mirror x.
+    constexpr unsigned kBytes = 0x0101;
+    unsigned status = kStatusGood;
+    for (std::size_t i = 0; i < 2; ++i) {
+        if (std::abs(state_.place[i] - command_[i]) > ack_limit_) {
+            status &= ~(kBytes << (i == 0 ? 3U : 4U));
+        }
+    }
+    return static_cast<std::uint16_t>(status);
+}
 
 }  // namespace sc::sim

@@ -15,6 +15,8 @@ namespace sc::sim {
 /// What a head takes from one 20-bit XY2-100 word: the 16-bit position, or nothing when the control code is not 001 or
 /// the parity is odd.
 [[nodiscard]] std::optional<std::uint16_t> decode_xy2_100(std::uint32_t word) noexcept;
+/// The same of the 18-bit format: control bit 1, eighteen data bits, odd parity.
+[[nodiscard]] std::optional<std::uint32_t> decode_xy2_100_18(std::uint32_t word) noexcept;
 
 /// Deflection of both mirrors, as the place at the focal plane that they ask for.
 struct Deflection {
@@ -43,6 +45,10 @@ public:
 
     /// Fault: the servo loses its supply; the mirrors stop where they are and the status word tells.
     void fail(bool on) noexcept { failed_ = on; }
+    /// Fault: no head is there, and the status line stays at this word whatever is sent; nullopt: the head is back.
+    void unplug(std::optional<std::uint16_t> line) noexcept { line_status_ = line; }
+    /// Power, temperature and fixed bits, and of each mirror whether it is within `GalvoTruth::ack_limit` of the last
+    /// word's place. Two equal bytes.
     [[nodiscard]] std::uint16_t status() const noexcept;
 
 private:
@@ -57,7 +63,9 @@ private:
     [[nodiscard]] bool settled() const noexcept;
 
     GalvoConvention convention_;
+    GalvoWord format_;
     double metres_per_count_;
+    double ack_limit_;
     double delay_ = 0.0;
     Step early_;              ///< until the command of this frame's delay arrives
     Step late_;               ///< from then to the end of the frame
@@ -67,6 +75,7 @@ private:
     Pair command_{};
     std::size_t frames_unchanged_ = 0;
     bool failed_ = false;
+    std::optional<std::uint16_t> line_status_;
     Deflection state_;
     std::uint64_t dropped_ = 0;
 };

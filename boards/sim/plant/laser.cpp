@@ -18,8 +18,7 @@ std::int64_t rounded(std::int64_t ns256) { return (ns256 + 128) >> 8; }
 
 }  // namespace
 
-LaserPlant::LaserPlant(const LaserConfig& config, double power_time_constant_s)
-    : config_(config), time_constant_(power_time_constant_s) {}
+LaserPlant::LaserPlant(const LaserConfig& config, const LaserTruth& truth) : config_(config), truth_(truth) {}
 
 void LaserPlant::set_master_oscillator(bool on, std::int64_t t_ns) noexcept {
     if (!on) {
@@ -49,16 +48,30 @@ void LaserPlant::cut_light(std::int64_t from_ns) noexcept { light_cut_ns_ = std:
 
 double LaserPlant::power_at(std::int64_t t_ns, std::uint8_t byte) {
     const auto target = [this](std::uint8_t code) { return config_.power.si() * code / 255.0; };
-    if (time_constant_ <= 0.0) {
+    if (truth_.power_time_constant <= 0.0) {
         return target(byte);
     }
     // Until this trigger the byte of the one before was in force.
     const double before = target(byte_);
     const double elapsed = static_cast<double>(t_ns - power_ns_) * 1e-9;
-    power_ = before + (power_ - before) * std::exp(-elapsed / time_constant_);
+    power_ = before + (power_ - before) * std::exp(-elapsed / truth_.power_time_constant);
     power_ns_ = t_ns;
     byte_ = byte;
     return power_;
+}
+
+double LaserPlant::gain_at(std::int64_t t_ns, double period_ns) {
+    // A pause is what lies between two pulses beyond the period; at a steady rate nothing builds up.
+    double pause = 1.0;
+    if (gain_ns_) {
+        pause = std::max(0.0, static_cast<double>(t_ns - *gain_ns_) - period_ns - 1.0) * 1e-9;
+    }
+    gain_ns_ = t_ns;
+    const double full = truth_.first_pulse_excess;
+    excess_ = full + (excess_ - full) * std::exp(-pause / truth_.gain_build_up);
+    const double gain = 1.0 + excess_;
+    excess_ *= 1.0 - 1.0 / truth_.first_pulses;
+    return gain;
 }
 
 bool LaserPlant::stopped(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns) {
@@ -80,7 +93,8 @@ LaserPulse LaserPlant::shoot(const Queued& queued, std::int64_t trigger_ns, std:
         ++counters_.out_of_rate;
     }
     LaserPulse pulse{light_ns};
-    const double energy_nj = power_at(trigger_ns, queued.run.power) * period_ns;
+    const double gain = gain_at(trigger_ns, static_cast<double>(period_ns256(queued.run, queued.done)) / 256.0);
+    const double energy_nj = power_at(trigger_ns, queued.run.power) * gain * period_ns;
     pulse.energy_nj = static_cast<std::uint32_t>(std::clamp(energy_nj + 0.5, 0.0, 4e9));
     pulse.lit = oscillator_on_ns_ != kNever && trigger_ns - oscillator_on_ns_ >= config_.mo_wait_ns;
     if (!pulse.lit) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "boards/sim/world/world_spec.hpp"
 #include "firmware/hal/io.hpp"
 #include "shared/machine/machine.hpp"
 
@@ -29,13 +30,13 @@ struct LaserCounters {
 };
 
 /// Pulsed fibre laser with its gate. It takes runs of triggers with absolute times and gives pulses in order of time.
-/// Energy of a pulse = average power at its byte / source rate, source rate = pick / period. Four things can stop a
-/// trigger: the run was not allowed, it was cancelled, the gate is shut, or the hard line cuts the light itself.
-/// One thread; some 10 ns a pulse.
+/// Energy of a pulse = average power at its byte / source rate, source rate = pick / period, but for the first ones
+/// after a pause: the gain that has built up makes them stronger (or, with a first-pulse killer, weaker). Four things
+/// can stop a trigger: the run was not allowed, it was cancelled, the gate is shut, or the hard line cuts the light
+/// itself. One thread; some 10 ns a pulse.
 class LaserPlant {
 public:
-    /// `power_time_constant_s`: first-order lag of the power behind its byte; 0 follows at once.
-    LaserPlant(const LaserConfig& config, double power_time_constant_s);
+    LaserPlant(const LaserConfig& config, const LaserTruth& truth);
 
     void set_master_oscillator(bool on, std::int64_t t_ns) noexcept;
     /// Adds a run. `allowed`: the tick that made it opened the gate; if not, its pulses only count.
@@ -61,11 +62,12 @@ private:
         std::int64_t end_ns = kNever;  ///< triggers from here on are cancelled
     };
     [[nodiscard]] double power_at(std::int64_t t_ns, std::uint8_t byte);
+    [[nodiscard]] double gain_at(std::int64_t t_ns, double period_ns);
     [[nodiscard]] bool stopped(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns);
     [[nodiscard]] LaserPulse shoot(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns);
 
     LaserConfig config_;
-    double time_constant_;
+    LaserTruth truth_;
     std::deque<Queued> runs_;
     std::int64_t gate_shut_ns_ = kNever;
     std::int64_t light_cut_ns_ = kNever;
@@ -74,6 +76,8 @@ private:
     double power_ = 0.0;  ///< W, at power_ns_; used with a time constant only
     std::uint8_t byte_ = 0;
     std::int64_t power_ns_ = 0;
+    double excess_ = 0.0;  ///< of the gain, at the last pulse
+    std::optional<std::int64_t> gain_ns_;
     LaserCounters counters_;
 };
 

@@ -35,6 +35,29 @@ Vec3 going_round(double size, double angle, double phase) {
             0.0};
 }
 
+/// Where the lens images a pair of optical angles, before head and machine are askew to each other.
+struct Image {
+    double u = 0.0;
+    double w = 0.0;
+};
+
+Image image_of(const GalvoTruth& truth, double a, double b) {
+    const double along_a = std::sin(a);
+    const double along_b = std::cos(a) * std::sin(b);
+    const double sine = std::hypot(along_a, along_b);
+    const double t = std::atan2(sine, std::cos(a) * std::cos(b));
+    const auto& [f1, f2, f3, f4] = truth.lens;
+    // r(t) / sin t, with its limit f1 at the centre.
+    const double height = sine > 0.0 ? (f1 + (f2 + (f3 + f4 * t) * t) * t) * (t / sine) : f1;
+    Image image{height * along_a, height * along_b};
+    const double k = 2.0 * kPi / truth.ripple_period;
+    const double u = image.u;
+    const double w = image.w;
+    image.u += truth.ripple_x * std::sin(k * u + 0.6) * std::cos(k * w);
+    image.w += truth.ripple_z * std::cos(k * u) * std::sin(k * w + 0.3);
+    return image;
+}
+
 }  // namespace
 
 Vec3 true_focus(const AxesTruth& truth, const Vec3& reading) {
@@ -75,11 +98,20 @@ Rigid<frame::H, frame::T> true_h_from_t(const TurntableTruth& truth, double read
 }
 
 Beam true_beam(const GalvoTruth& truth, const Vec3& focus, double command_x, double command_z) {
+    const double a = truth.gain_x * command_x / truth.focal_length;
+    const double b = truth.gain_z * command_z / truth.focal_length;
+    const Image image = image_of(truth, a, b);
+    const double square = image.u * image.u + image.w * image.w;
+    const double bend = 1.0 + truth.exit_bend * square;
     const double across = truth.rotation + truth.skew;
-    const double x = truth.gain_x * std::cos(truth.rotation) * command_x - truth.gain_z * std::sin(across) * command_z;
-    const double z = truth.gain_x * std::sin(truth.rotation) * command_x + truth.gain_z * std::cos(across) * command_z;
-    const Vec3 lean{x / truth.focal_length + truth.beam_tilt_x, -1.0, z / truth.focal_length + truth.beam_tilt_z};
-    return {{focus.x + truth.offset_x + x, focus.y, focus.z + truth.offset_z + z}, (1.0 / norm(lean)) * lean};
+    const auto turned_x = [&](double u, double w) { return std::cos(truth.rotation) * u - std::sin(across) * w; };
+    const auto turned_z = [&](double u, double w) { return std::sin(truth.rotation) * u + std::cos(across) * w; };
+    const double lean_u = image.u / truth.exit_pupil_x * bend;
+    const double lean_w = image.w / truth.exit_pupil_z * bend;
+    const Vec3 lean{turned_x(lean_u, lean_w) + truth.beam_tilt_x, -1.0, turned_z(lean_u, lean_w) + truth.beam_tilt_z};
+    const Vec3 in_plane{focus.x + truth.offset_x + turned_x(image.u, image.w), focus.y,
+                        focus.z + truth.offset_z + turned_z(image.u, image.w)};
+    return {in_plane - truth.field_curvature * square * lean, (1.0 / norm(lean)) * lean};
 }
 
 }  // namespace sc::sim

@@ -26,7 +26,7 @@ struct Spot {
     Vec3 place;            ///< metres, h
     Vec3 table_place;      ///< the same spot in t
     Vec3 normal;           ///< unit, outward, h
-    double defocus = 0.0;  ///< metres: focus minus surface along +y, positive = focus nearer to the head
+    double defocus = 0.0;  ///< metres: best focus minus surface along +y, positive = focus nearer to the head
 };
 
 /// The true cell: surfaces, and every error of the machine. Immutable; what it answers depends on its arguments alone.

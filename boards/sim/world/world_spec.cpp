@@ -125,11 +125,37 @@ void add_galvo(std::vector<NumberKey>& keys) {
     keys.push_back(error_key("galvo.rotation", "_mrad", "mrad", 1e-3, 500.0, kByGalvo, galvo(&G::rotation)));
     keys.push_back(error_key("galvo.skew", "_mrad", "mrad", 1e-3, 500.0, kByGalvo, galvo(&G::skew)));
     keys.push_back({"galvo.focal_length_mm", galvo(&G::focal_length), 1e-3, 10.0, 2000.0});
-    keys.push_back(error_key("galvo.beam_tilt_x", "_mrad", "mrad", 1e-3, 100.0, kNone, galvo(&G::beam_tilt_x)));
-    keys.push_back(error_key("galvo.beam_tilt_z", "_mrad", "mrad", 1e-3, 100.0, kNone, galvo(&G::beam_tilt_z)));
+    for (std::size_t i = 0; i < 4; ++i) {
+        const auto lens = [i](WorldSpec& w) -> double& { return w.galvo.lens[i]; };
+        const double least = i == 0 ? 10.0 : -1000.0;
+        keys.push_back({"galvo.lens_f" + std::to_string(i + 1) + "_mm", lens, 1e-3, least, 2000.0});
+    }
+    keys.push_back({"galvo.exit_pupil_x_mm", galvo(&G::exit_pupil_x), 1e-3, 10.0, 1e6});
+    keys.push_back({"galvo.exit_pupil_z_mm", galvo(&G::exit_pupil_z), 1e-3, 10.0, 1e6});
+    keys.push_back({"galvo.exit_bend_per_m2", galvo(&G::exit_bend), 1.0, -100.0, 100.0});
+    keys.push_back({"galvo.field_curvature_per_m", galvo(&G::field_curvature), 1.0, -10.0, 10.0});
+    keys.push_back(error_key("galvo.ripple_x", "_um", "um", 1e-6, 1000.0, kByGalvo, galvo(&G::ripple_x)));
+    keys.push_back(error_key("galvo.ripple_z", "_um", "um", 1e-6, 1000.0, kByGalvo, galvo(&G::ripple_z)));
+    keys.push_back({"galvo.ripple_period_mm", galvo(&G::ripple_period), 1e-3, 1.0, 1e6});
+    keys.push_back(error_key("galvo.beam_tilt_x", "_mrad", "mrad", 1e-3, 100.0, kByGalvo, galvo(&G::beam_tilt_x)));
+    keys.push_back(error_key("galvo.beam_tilt_z", "_mrad", "mrad", 1e-3, 100.0, kByGalvo, galvo(&G::beam_tilt_z)));
+    keys.push_back({"galvo.ack_limit_um", galvo(&G::ack_limit), 1e-6, 1.0, 100'000.0});
     keys.push_back({"galvo.tracking_us", galvo(&G::tracking), 1e-6, 1.0, 2000.0});
     keys.push_back({"galvo.natural_frequency_khz", galvo(&G::natural_frequency), 1e3, 0.1, 20.0});
     keys.push_back({"galvo.damping", galvo(&G::damping), 1.0, 0.3, 0.99});
+}
+
+Field laser(double LaserTruth::* member) { return member_of(&WorldSpec::laser, member); }
+
+void add_laser(std::vector<NumberKey>& keys) {
+    using L = LaserTruth;
+    keys.push_back({"laser.power_time_constant_us", laser(&L::power_time_constant), 1e-6, 0.0, 1e6});
+    keys.push_back({"laser.first_pulse_excess", laser(&L::first_pulse_excess), 1.0, -1.0, 10.0});
+    keys.push_back({"laser.gain_build_up_us", laser(&L::gain_build_up), 1e-6, 0.001, 1e6});
+    keys.push_back({"laser.first_pulses", laser(&L::first_pulses), 1.0, 1.0, 1e6});
+    keys.push_back({"laser.waist_um", laser(&L::waist), 1e-6, 0.1, 10'000.0});
+    keys.push_back({"laser.rayleigh_length_mm", laser(&L::rayleigh_length), 1e-3, 0.001, 1e6});
+    keys.push_back({"laser.mark_threshold_j_cm2", laser(&L::mark_threshold), 1e4, 0.0, 1e6});
 }
 
 std::vector<NumberKey> make_number_keys() {
@@ -138,8 +164,7 @@ std::vector<NumberKey> make_number_keys() {
     add_turntable(keys);
     add_drives(keys);
     add_galvo(keys);
-    keys.push_back({"laser.power_time_constant_us", member_of(&WorldSpec::laser, &LaserTruth::power_time_constant),
-                    1e-6, 0.0, 1e6});
+    add_laser(keys);
     return keys;
 }
 

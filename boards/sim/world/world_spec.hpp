@@ -54,11 +54,25 @@ struct GalvoTruth {
     double offset_z = 0.0;
     double gain_x = 1.0;
     double gain_z = 1.0;
-    double rotation = 0.0;           ///< rad, from +x towards +z
-    double skew = 0.0;               ///< rad, of the z mirror's direction beyond the rotation
-    double focal_length = 0.160;     ///< metres
+    double rotation = 0.0;        ///< rad, from +x towards +z
+    double skew = 0.0;            ///< rad, of the z mirror's direction beyond the rotation
+    double focal_length = 0.160;  ///< metres: a command of g asks for the optical angle g / focal_length
+    /// F-theta lens: image height r(t) = f1·t + f2·t² + f3·t³ + f4·t⁴ at the field angle t (rad); metres.
+    std::array<double, 4> lens{0.160, 0.0, 0.0, 0.0};
+    /// Metres: from where, before the focal plane, the rays deflected by a mirror seem to come. Unequal, since the
+    /// mirrors stand one behind the other.
+    double exit_pupil_x = 0.160;
+    double exit_pupil_z = 0.160;
+    double exit_bend = 0.0;        ///< 1/m²: the lean grows by (1 + exit_bend · r²)
+    double field_curvature = 0.0;  ///< 1/m: the best focus lies field_curvature · r² nearer to the head
+    /// What no model of a lens knows: ripple_x sin(2π u / period + 0.6) cos(2π w / period) along x, and
+    /// ripple_z cos(2π u / period) sin(2π w / period + 0.3) along z, at the image (u, w). Metres.
+    double ripple_x = 0.0;
+    double ripple_z = 0.0;
+    double ripple_period = 0.070;
     double beam_tilt_x = 0.0;        ///< rad, of the undeflected beam
     double beam_tilt_z = 0.0;        ///< rad
+    double ack_limit = 0.5e-3;       ///< metres: a mirror further from its command does not acknowledge its position
     double tracking = 160e-6;        ///< seconds behind the command at constant speed
     double natural_frequency = 2e3;  ///< Hz
     double damping = 0.75;
@@ -66,6 +80,14 @@ struct GalvoTruth {
 
 struct LaserTruth {
     double power_time_constant = 0.0;  ///< seconds, 0 = the power follows its byte at once
+    /// After a long pause the first pulse has (1 + first_pulse_excess) times the energy of a steady one; the excess
+    /// builds up again with gain_build_up (seconds) and each pulse leaves 1 − 1/first_pulses of it.
+    double first_pulse_excess = 0.0;
+    double gain_build_up = 300e-6;
+    double first_pulses = 5.0;
+    double waist = 16e-6;          ///< metres, 1/e² radius at the focus
+    double rayleigh_length = 1.0;  ///< metres: there the spot's area has doubled
+    double mark_threshold = 0.0;   ///< J/m²: a pulse of lower peak fluence leaves no mark
 };
 
 struct MeshFile {

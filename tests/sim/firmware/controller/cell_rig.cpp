@@ -12,6 +12,7 @@ constexpr std::int32_t kMm = 100'000;  // wire units
 
 CellRig::CellRig(const Options& options) : options_(options) {
     sim::CellOptions cell;
+    cell.machine = options.machine;
     cell.world = options.world.empty() ? std::string(SC_SOURCE_DIR) + "/boards/sim/world/default/world.toml"
                                        : options.world.string();
     cell.script = sim::parse_fault_script(options.script, "script");
@@ -132,6 +133,12 @@ link::CommandReply CellRig::set_compensation(const Compensation& compensation) {
     message.axis_offset = {compensation.axis_offset.x, compensation.axis_offset.y, compensation.axis_offset.z};
     message.galvo_matrix = compensation.galvo_from_field;
     message.galvo_offset = compensation.galvo_offset;
+    send(message);
+    return reply_to(message.sequence);
+}
+
+link::CommandReply CellRig::set_galvo_field(link::SetGalvoField message) {
+    message.sequence = ++sequence_;
     send(message);
     return reply_to(message.sequence);
 }

@@ -32,6 +32,7 @@ public:
         std::uint32_t baud = 921'600;
         std::filesystem::path world{};   ///< empty = the reference cell
         std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
+        MachineConfig machine = reference_machine();
         sim::MakeController controller = sim::make_local_controller;
     };
     CellRig() : CellRig(Options{}) {}
@@ -57,6 +58,7 @@ public:
     link::CommandReply set_map(const AxisMap& map);
     link::CommandReply send_map_chunk(std::uint16_t offset, std::span<const std::uint8_t> bytes);
     link::CommandReply commit_map(std::uint16_t bytes, std::uint32_t crc);
+    link::CommandReply set_galvo_field(link::SetGalvoField message);
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }

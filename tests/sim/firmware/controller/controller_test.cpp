@@ -9,23 +9,10 @@
 
 #include "cell_rig.hpp"
 #include "tests/unit/firmware/motion/sample_map.hpp"
+#include "undisturbed.hpp"
 
 namespace sc::test {
 namespace {
-
-/// What an undisturbed run of the short job burns.
-const CellRig& undisturbed() {
-    static const auto rig = [] {
-        auto cell = std::make_unique<CellRig>();
-        cell->make_ready();
-        EXPECT_EQ(cell->open_job(short_job()).refusal, 0);
-        EXPECT_EQ(cell->command(link::Verb::start).refusal, 0);
-        EXPECT_TRUE(cell->until([&] { return (cell->status().flags & link::kFlagJobDone) != 0; }));
-        cell->ticks(100);
-        return cell;
-    }();
-    return *rig;
-}
 
 void start_short_job(CellRig& rig) {
     rig.make_ready();
@@ -482,7 +469,7 @@ TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
     const std::vector<Case> cases{
         {[](auto& items) { items[10] = PathPoint{-60'000'000, 0, 0}; }, Refusal::out_of_travel, 10},
         {[](auto& items) { items[11] = PathPoint{-25'000'000, -31'900'000, -48'500'000}; }, Refusal::in_keep_out, 11},
-        {[](auto& items) { items[2] = PathPoint{-22'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field,
+        {[](auto& items) { items[2] = PathPoint{-18'000'000, -31'900'000, -39'000'000}; }, Refusal::galvo_out_of_field,
          2},
         {[](auto& items) { items[0] = Turn{40'000'000}; }, Refusal::turn_out_of_range, 0},
         {[](auto& items) { std::get<PathBegin>(items[1]).speed_um_s = 0; }, Refusal::bad_speed, 1},

@@ -1,67 +1,69 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/laser/xy2_100.hpp"
 
+#include <algorithm>
+#include <string>
+
 #include <gtest/gtest.h>
 
 namespace sc::laser {
 namespace {
 
-/// Reads a frame bit by bit as a head would: control 001, sixteen data bits, parity over the nineteen before it.
-int decode(std::uint32_t word) {
-    int ones = 0;
-    int data = 0;
-    for (int bit = 19; bit >= 0; --bit) {
-        const int value = static_cast<int>((word >> static_cast<unsigned>(bit)) & 1U);
-        if (bit > 0) {
-            ones += value;
-        }
-        if (bit >= 17) {
-            EXPECT_EQ(value, bit == 17 ? 1 : 0) << "control bits";
-        } else if (bit >= 1) {
-            data = data * 2 + value;
-        } else {
-            EXPECT_EQ(value, ones % 2) << "parity";
-        }
+/// Reads a frame bit by bit as a head of this format would: control bits, data, parity over the nineteen before it
+/// (even over all twenty for 16 bits, odd for 18). Shares nothing with the encoder.
+int decode(std::uint32_t word, GalvoWord format) {
+    std::string bits;
+    for (int bit = 31; bit >= 0; --bit) {
+        bits += ((word >> static_cast<unsigned>(bit)) & 1U) != 0 ? '1' : '0';
     }
-    return data;
+    EXPECT_EQ(bits.substr(0, 12), "000000000000") << "more than twenty bits";
+    bits = bits.substr(12);
+    const bool wide = format == GalvoWord::bits18;
+    const std::size_t control = wide ? 1 : 3;
+    EXPECT_EQ(bits.substr(0, control), wide ? "1" : "001");
+    const auto ones = std::count(bits.begin(), bits.end(), '1');
+    EXPECT_EQ(ones % 2, wide ? 1 : 0) << "parity of " << bits;
+    return std::stoi(bits.substr(control, 19 - control), nullptr, 2);
 }
 
-TEST(Xy2100, AllWordsReadBackInBothConventions) {
+TEST(Xy2100, All65536WordsReadBackInBothConventions) {
     for (int p = -32768; p <= 32767; ++p) {
-        const auto position = static_cast<std::int16_t>(p);
-        ASSERT_EQ(decode(xy2_100_word(position, GalvoConvention::offset_binary)), p + 32768);
-        ASSERT_EQ(decode(xy2_100_word(position, GalvoConvention::twos_complement)), p & 0xFFFF);
+        ASSERT_EQ(decode(xy2_100_word(p, GalvoConvention::offset_binary), GalvoWord::bits16), p + 32768);
+        ASSERT_EQ(decode(xy2_100_word(p, GalvoConvention::twos_complement), GalvoWord::bits16), p & 0xFFFF);
+    }
+}
+
+TEST(Xy2100, All262144WordsOfEighteenBitsReadBackInBothConventions) {
+    for (int p = -131'072; p <= 131'071; ++p) {
+        const auto word = [p](GalvoConvention c) { return xy2_100_word(p, c, GalvoWord::bits18); };
+        ASSERT_EQ(decode(word(GalvoConvention::offset_binary), GalvoWord::bits18), p + 131'072);
+        ASSERT_EQ(decode(word(GalvoConvention::twos_complement), GalvoWord::bits18), p & 0x3FFFF);
+    }
+}
+
+TEST(Xy2100, AFormatReadsItsOwnWords) {
+    for (const GalvoWord word : {GalvoWord::bits16, GalvoWord::bits18}) {
+        for (const GalvoConvention convention : {GalvoConvention::offset_binary, GalvoConvention::twos_complement}) {
+            const WordFormat format(word, convention);
+            for (int p = -format.most(); p <= format.most(); p += 7) {
+                ASSERT_EQ(format.position(format.word(p)), p);
+                const std::uint32_t known = word == GalvoWord::bits16 ? format.clamped_word<GalvoWord::bits16>(p)
+                                                                      : format.clamped_word<GalvoWord::bits18>(p);
+                ASSERT_EQ(known, format.word(p));
+            }
+        }
     }
 }
 
 TEST(Xy2100, KnownFrames) {
-    const auto word = [](int wire) {
-        return xy2_100_word(static_cast<std::int16_t>(wire), GalvoConvention::twos_complement);
-    };
+    const auto word = [](int wire) { return xy2_100_word(wire, GalvoConvention::twos_complement); };
     EXPECT_EQ(word(0x0000), 0x20001U);
     EXPECT_EQ(word(0x1234), 0x22468U);
     EXPECT_EQ(word(0x7FFF), 0x2FFFEU);
     EXPECT_EQ(word(0x8000), 0x30000U);
     EXPECT_EQ(word(0xC000), 0x38001U);
     EXPECT_EQ(word(0xFFFF), 0x3FFFFU);
-}
-
-TEST(FieldMap, AppliesTheFieldCorrectionAndClamps) {
-    Compensation c;
-    c.galvo_from_field = {1.01, 0.002, -0.003, 0.99};
-    c.galvo_offset = {-1e-4, 2e-4};
-    GalvoConfig galvo;
-    galvo.counts_per_metre = 1e6;
-    galvo.convention = GalvoConvention::offset_binary;
-    const FieldMap map(c, galvo);
-    const auto counts = map.counts(0.01, -0.005);
-    EXPECT_EQ(counts[0], 10'100 - 10 - 100);
-    EXPECT_EQ(counts[1], -30 - 4'950 + 200);
-    EXPECT_EQ(map.counts(1.0, -1.0)[0], 32767);
-    EXPECT_EQ(map.counts(1.0, -1.0)[1], -32767);
-    EXPECT_EQ(map.words(0.01, -0.005)[0], xy2_100_word(10'100 - 10 - 100, GalvoConvention::offset_binary));
-    EXPECT_EQ(map.words(0.01, -0.005)[1], xy2_100_word(-30 - 4'950 + 200, GalvoConvention::offset_binary));
-    EXPECT_EQ(map.words(-1.0, 1.0)[0], xy2_100_word(-32767, GalvoConvention::offset_binary));
+    EXPECT_EQ(xy2_100_word(0x20000, GalvoConvention::twos_complement, GalvoWord::bits18), 0xC0001U);
 }
 
 }  // namespace

@@ -53,6 +53,16 @@ TEST(FrameGuard, NamesEachCause) {
     }
 }
 
+TEST(FrameGuard, AsksForThePositionAcknowledgeOnlyWhilePulsesMayLeave) {
+    for (const std::uint16_t ack : {kGalvoAckX, kGalvoAckZ}) {
+        GuardInputs inputs = good();
+        inputs.galvo_status = static_cast<std::uint16_t>(kGalvoStatusOk & ~ack);
+        EXPECT_EQ(frame_guard(inputs).causes, bit(GuardCause::galvo));
+        inputs.gate_allowed = false;
+        EXPECT_EQ(frame_guard(inputs).causes, 0) << "a mirror on its way";
+    }
+}
+
 TEST(FrameGuard, NamesAllCausesAtOnce) {
     const GuardVeto veto = frame_guard(GuardInputs{});
     EXPECT_TRUE(veto.close_gate);

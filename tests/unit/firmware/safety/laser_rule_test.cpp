@@ -90,6 +90,18 @@ TEST(MoSequencer, ABreakStartsTheWaitAnew) {
     EXPECT_FALSE(mo.ready());
 }
 
+TEST(MoSequencer, StaysOffUntilItIsPermitted) {
+    MoSequencer mo(2'000'000, 1'000'000);
+    for (int tick = 0; tick < 50; ++tick) {
+        mo.step(State::arming, false);
+        ASSERT_FALSE(mo.on());
+        ASSERT_FALSE(mo.ready());
+    }
+    mo.step(State::arming, true);
+    EXPECT_TRUE(mo.on());
+    EXPECT_FALSE(mo.ready()) << "the wait begins with the light, not with the state";
+}
+
 TEST(MoSequencer, NoWaitMeansReadyAtOnce) {
     MoSequencer mo(0, 1'000'000);
     EXPECT_FALSE(mo.ready());

@@ -150,6 +150,26 @@ TEST(CellClient, SendsTheCompensationAsItIs) {
     EXPECT_EQ(cell.compensation.galvo_offset, compensation.galvo_offset);
 }
 
+TEST(CellClient, SendsTheGalvoFieldInOrderAndEndsIt) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    GalvoField field;
+    for (std::size_t i = 0; i < GalvoField::kNumbers; ++i) {
+        field.set_number(i, static_cast<double>(i) + 0.5);
+    }
+    client.set_galvo_field(field);
+    ASSERT_EQ(cell.galvo_field.size(), GalvoField::kNumbers);
+    for (std::size_t i = 0; i < GalvoField::kNumbers; ++i) {
+        EXPECT_EQ(cell.galvo_field[i], static_cast<double>(i) + 0.5);
+    }
+    EXPECT_TRUE(cell.galvo_field_ended);
+    cell.galvo_field.clear();
+    client.set_galvo_field({});
+    EXPECT_TRUE(cell.galvo_field.empty());
+    EXPECT_TRUE(cell.galvo_field_ended);
+}
+
 TEST(CellClient, TellsEachChangeOfStateOnce) {
     FakeCell cell;
     CellClient client(cell, options());

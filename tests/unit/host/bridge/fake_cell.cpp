@@ -265,6 +265,12 @@ void FakeCell::take(const link::SetMap& m) {
     answer(m.sequence, m.bytes == map.size() || m.bytes == 0 ? Refusal::none : Refusal::map_incomplete);
 }
 
+void FakeCell::take(const link::SetGalvoField& m) {
+    galvo_field.insert(galvo_field.end(), m.numbers.begin(), m.numbers.begin() + m.count);
+    galvo_field_ended = m.count == 0;
+    answer(m.sequence, Refusal::none);
+}
+
 void FakeCell::take(const link::ConfigRequest& m) {
     const auto bytes = config_bytes(machine);
     link::ConfigChunk chunk;

@@ -66,6 +66,8 @@ public:
     int jobs_opened = 0;
     std::vector<HostTime> heartbeats;
     link::SetCompensation compensation;
+    std::vector<double> galvo_field;  ///< numbers as they have come
+    bool galvo_field_ended = false;   ///< and the message that ends them
     std::int32_t override_percent = 100;
     std::vector<std::uint8_t> map;  ///< pieces so far
     link::SetMap set_map;
@@ -98,6 +100,7 @@ private:
     void take(const link::JobOpen& m);
     void take(const link::Block& m);
     void take(const link::SetCompensation& m);
+    void take(const link::SetGalvoField& m);
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);

@@ -52,6 +52,7 @@ void expect_same(const CalibrationSet& a, const CalibrationSet& b) {
     EXPECT_EQ(a.turntable, b.turntable);
     EXPECT_EQ(a.axes, b.axes);
     EXPECT_EQ(a.galvo, b.galvo);
+    EXPECT_EQ(a.galvo_field, b.galvo_field);
     EXPECT_EQ(a.y_sensor, b.y_sensor);
     EXPECT_EQ(a.triple_head, b.triple_head);
 }
@@ -69,7 +70,9 @@ TEST(ReadCalibration, ReadsTheExample) {
     ASSERT_TRUE(set.turntable && set.axes && set.galvo && set.y_sensor);
     EXPECT_EQ(set.axes->squareness_xz, -0.0813 / 1e3);
     EXPECT_EQ(set.axes->scale[1], -7.3 / 1e6);
-    EXPECT_EQ(set.galvo->offset[1], -21.1 / 1e6);
+    EXPECT_NEAR(set.galvo->offset[1], -22e-6, 2e-6);
+    ASSERT_TRUE(set.galvo_field);
+    EXPECT_NEAR(set.galvo_field->value[6], 0.160, 0.5e-3) << "focal length";
     EXPECT_NEAR(norm(turntable_axis(set).direction.v), 1.0, 1e-15);
     EXPECT_EQ(h_from_c(set).translation, record.translation);
     EXPECT_EQ(set.find("b_from_c"), nullptr);
@@ -84,6 +87,10 @@ TEST(WriteCalibration, RoundTripsEveryRecord) {
     set.transforms[1].provenance.note = "\"quoted\"";
     set.galvo->residual = GalvoResidual{.half_field = 0.02, .side = 2, .xz = {}};
     set.galvo->residual->xz = {{1.25e-6, -2e-6}, {0.0, 3.5e-7}, {1e-9, 0.0}, {-4e-6, 4e-6}};
+    ASSERT_TRUE(set.galvo_field);
+    set.galvo_field->residual_half = 0.06;
+    set.galvo_field->residual_side = 4;
+    set.galvo_field->residual.assign(16, {1.5e-6, -2.25e-7});
     set.triple_head = {ray("a", 0.0), ray("b", 0.1), ray("c", -0.1)};
     const std::string hash = write_calibration(dir / "c.toml", set);
     const CalibrationSet again = read_calibration(dir / "c.toml");
@@ -213,8 +220,8 @@ TEST(ReadCalibration, RefusesUnknownRepeatedAndMissing) {
     expect_bad("[axes]\n", "[axes]\nsquareness_zx_mrad = 0.0\n", "squareness_zx_mrad", "axes.squareness_zx_mrad",
                "unknown key");
     expect_bad("scale_x_ppm = 11.2\n", "", "[axes]", "axes.scale_x_ppm", "key is missing");
-    expect_bad("matrix = [\n    [1.00303, -0.00187],", "matrix = [\n    [-1.00303, -0.00187],", "matrix", "-1.001",
-               "mirrored");
+    expect_bad("matrix = [\n    [1.002830880691257, -0.001907492466417086],",
+               "matrix = [\n    [-1.002830880691257, -0.001907492466417086],", "matrix", "-1.001", "mirrored");
     expect_bad("unit = \"mm\"", "unit = \"cm\"", "unit", "cm", "unknown value");
     expect_bad("[y_sensor]", "[[triple_head]]", "[[triple_head]]", "1", "not three rays");
 }

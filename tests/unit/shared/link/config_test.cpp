@@ -11,6 +11,7 @@
 
 namespace {
 
+using sc::GalvoWord;
 using sc::MachineConfig;
 using sc::Refusal;
 using sc::link::check;
@@ -26,6 +27,7 @@ std::array<std::uint8_t, kConfigSize> bytes_of(const MachineConfig& machine) {
 TEST(Config, TheReferenceMachineComesBack) {
     MachineConfig machine = sc::reference_machine();
     machine.keep_out_count = 2;
+    machine.galvo.word = GalvoWord::bits18;
     machine.keep_out[1] = {{-0.1, -0.2, -0.3}, {0.1, 0.2, 0.3}};
     const auto back = deserialise(bytes_of(machine));
     ASSERT_TRUE(back.has_value());
@@ -34,6 +36,8 @@ TEST(Config, TheReferenceMachineComesBack) {
     EXPECT_EQ(back->axis[2].jerk, machine.axis[2].jerk);
     EXPECT_EQ(back->axis[3].drive_node, machine.axis[3].drive_node);
     EXPECT_EQ(back->galvo.convention, machine.galvo.convention);
+    EXPECT_EQ(back->galvo.word, GalvoWord::bits18);
+    EXPECT_EQ(back->laser.warning_ns, machine.laser.warning_ns);
     EXPECT_EQ(back->laser.prr_nominal, machine.laser.prr_nominal);
     EXPECT_EQ(back->y_retracted, machine.y_retracted);
     EXPECT_EQ(back->keep_out, machine.keep_out);

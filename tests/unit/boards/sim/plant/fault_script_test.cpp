@@ -13,9 +13,10 @@ TEST(FaultScript, ReadsEveryKindOfEvent) {
         "# comment\n\n  at 3.5 estop open # here too\npulse 1000 interlock open\nat 4 drive x fault 0x2310\n"
         "at 5 drive c freeze\nat 6 drive y stall\nat 7 drive z silent\nat 8 drive z recover\nat 9 laser alarm\n"
         "at 10 laser not_ready\nat 11 laser ok\nat 12 galvo fail\nat 13 galvo ok\nat 14 link cut\n"
-        "at 15 link restore\nat 16 interlock close\nat 17 estop close\nat 18 drive y fault 8977\n",
+        "at 15 link restore\nat 16 interlock close\nat 17 estop close\nat 18 drive y fault 8977\n"
+        "at 19 galvo absent\nat 20 galvo float_high\nat 21 galvo float_low\n",
         "s.txt");
-    ASSERT_EQ(events.size(), 17U);
+    ASSERT_EQ(events.size(), 20U);
     EXPECT_EQ(events[0].after_pulse, 1000U);
     EXPECT_FALSE(events[0].at_ns);
     EXPECT_EQ(events[0].action, FaultAction::interlock_open);
@@ -28,6 +29,9 @@ TEST(FaultScript, ReadsEveryKindOfEvent) {
     EXPECT_EQ(events[3].action, FaultAction::drive_freeze);
     EXPECT_EQ(events[12].action, FaultAction::link_cut);
     EXPECT_EQ(events[16].error_code, 8977);
+    EXPECT_EQ(events[17].action, FaultAction::galvo_absent);
+    EXPECT_EQ(events[18].action, FaultAction::galvo_float_high);
+    EXPECT_EQ(events[19].action, FaultAction::galvo_float_low);
 }
 
 TEST(FaultScript, SortsByTime) {

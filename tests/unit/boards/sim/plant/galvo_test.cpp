@@ -46,6 +46,13 @@ TEST(Xy2_100, DropsEveryWordWithOneBitWrong) {
     EXPECT_FALSE(decode_xy2_100(0x100000U | 0x20000U));
 }
 
+TEST(Xy2_100, EighteenBitsHaveOneControlBitAndOddParity) {
+    EXPECT_EQ(decode_xy2_100_18(0xC0001), 0x20000U);
+    EXPECT_FALSE(decode_xy2_100_18(0xC0000));
+    EXPECT_FALSE(decode_xy2_100_18(0x40000)) << "no control bit";
+    EXPECT_FALSE(decode_xy2_100_18(0x20001)) << "a word of 16 bits";
+}
+
 class Galvo : public testing::Test {
 protected:
     MachineConfig machine_ = reference_machine();
@@ -144,7 +151,48 @@ TEST_F(Galvo, FailureShowsInTheStatusWordAndStopsTheMirrors) {
     }
     EXPECT_EQ(galvo.state().place[0], place);
     galvo.fail(false);
+    EXPECT_TRUE(galvo_healthy(galvo.status()));
+}
+
+TEST_F(Galvo, AcknowledgesOnlyAMirrorThatHasArrived) {
+    GalvoPlant galvo(machine_, truth_);
+    galvo.play(word_at(machine_, 0.002), word_of(0x8000));
+    EXPECT_EQ(galvo.status(), 0xFDFD & ~0x0808) << "x is on its way";
+    for (int k = 0; k < 200; ++k) {
+        galvo.play(word_at(machine_, 0.002), word_of(0x8000));
+    }
     EXPECT_EQ(galvo.status(), 0xFDFD);
+    galvo.play(word_at(machine_, 0.002), word_at(machine_, -0.002));
+    EXPECT_EQ(galvo.status(), 0xFDFD & ~0x1010) << "z is on its way";
+}
+
+TEST_F(Galvo, WithoutAHeadTheLineSaysWhatItSays) {
+    GalvoPlant galvo(machine_, truth_);
+    galvo.unplug(0xFDFD);
+    galvo.play(word_at(machine_, 0.01), word_of(0x8000));
+    EXPECT_EQ(galvo.status(), 0xFDFD);
+    EXPECT_EQ(galvo.state().place[0], 0.0);
+    galvo.unplug(0xFFFF);
+    EXPECT_EQ(galvo.status(), 0xFFFF);
+}
+
+TEST_F(Galvo, WordsOfEighteenBitsHaveAQuarterOfTheGrid) {
+    machine_.galvo.word = GalvoWord::bits18;
+    for (const GalvoConvention convention : {GalvoConvention::offset_binary, GalvoConvention::twos_complement}) {
+        machine_.galvo.convention = convention;
+        GalvoPlant galvo(machine_, truth_);
+        const std::uint32_t zero = convention == GalvoConvention::offset_binary ? 0x20000 : 0;
+        const auto word = [](std::uint32_t data) {
+            const std::uint32_t body = 0x80000U | (data << 1U);
+            return body | static_cast<std::uint32_t>((std::bitset<20>(body).count() + 1) % 2);
+        };
+        for (int k = 0; k < 500; ++k) {
+            galvo.play(word(zero + 400), word((zero - 400) & 0x3FFFFU));
+        }
+        EXPECT_NEAR(galvo.state().place[0] * machine_.galvo.counts_per_metre, 100.0, 1e-9);
+        EXPECT_NEAR(galvo.state().place[1] * machine_.galvo.counts_per_metre, -100.0, 1e-9);
+        EXPECT_EQ(galvo.dropped(), 0U);
+    }
 }
 
 TEST_F(Galvo, RefusesAServoSlowerThanItsTracking) {

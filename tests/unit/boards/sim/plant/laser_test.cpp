@@ -25,7 +25,12 @@ protected:
     }
     /// With the master oscillator on long since.
     LaserPlant ready(double time_constant = 0.0) const {
-        LaserPlant laser(config_, time_constant);
+        LaserTruth truth;
+        truth.power_time_constant = time_constant;
+        return ready(truth);
+    }
+    LaserPlant ready(const LaserTruth& truth) const {
+        LaserPlant laser(config_, truth);
         laser.set_master_oscillator(true, -1'000'000'000);
         return laser;
     }
@@ -79,7 +84,7 @@ TEST_F(Laser, GivesPulsesOnlyBeforeTheLimit) {
 }
 
 TEST_F(Laser, PulsesWithinTheMasterOscillatorsWaitStayDark) {
-    LaserPlant laser(config_, 0.0);
+    LaserPlant laser(config_, LaserTruth{});
     laser.queue(run(0, 1), true);
     EXPECT_FALSE(all(laser).at(0).lit);
     laser.set_master_oscillator(true, 1'000'000);
@@ -160,6 +165,24 @@ TEST_F(Laser, PowerLagsItsByteByTheTimeConstant) {
         const double expected = 1e6 * (1.0 - std::exp(-12.5 * static_cast<double>(k) / 25.0));
         EXPECT_NEAR(pulses[k].energy_nj, expected, 1.0) << k;
     }
+}
+
+TEST_F(Laser, FirstPulsesAfterAPauseAreStrongerAsTheGainHasBuiltUp) {
+    LaserTruth truth;
+    truth.first_pulse_excess = 0.2;
+    truth.gain_build_up = 100e-6;
+    truth.first_pulses = 4.0;
+    LaserPlant laser = ready(truth);
+    laser.queue(run(0, 40), true);
+    // 100 us, one time constant, beyond the period of 12.5 us.
+    laser.queue(run(39 * 12'500 + 112'500, 2), true);
+    const auto pulses = all(laser);
+    ASSERT_EQ(pulses.size(), 42U);
+    EXPECT_EQ(pulses[0].energy_nj, 1'200'000U);
+    EXPECT_EQ(pulses[1].energy_nj, 1'150'000U);
+    EXPECT_EQ(pulses[2].energy_nj, 1'112'500U);
+    EXPECT_NEAR(pulses[39].energy_nj, 1'000'000.0, 10.0) << "a steady rate builds nothing up";
+    EXPECT_NEAR(pulses[40].energy_nj, 1e6 * (1.0 + 0.2 * (1.0 - std::exp(-1.0))), 20.0);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "boards/sim/world/machine_errors.hpp"
 
 #include <cmath>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -102,7 +103,7 @@ TEST(TurntableTruth, EachErrorActsByItself) {
     EXPECT_NEAR((half * Point<frame::T>{{0, 0, -0.5}}).v.y, 0.0, 1e-15);
 }
 
-TEST(TrueBeam, LandsAtOffsetPlusMatrixTimesCommand) {
+TEST(TrueBeam, LandsWhereTwoMirrorsAndTheLensSendIt) {
     GalvoTruth truth;
     truth.offset_x = 35e-6;
     truth.offset_z = -22e-6;
@@ -111,11 +112,34 @@ TEST(TrueBeam, LandsAtOffsetPlusMatrixTimesCommand) {
     truth.rotation = 1.5e-3;
     truth.skew = 0.4e-3;
     const Beam beam = true_beam(truth, {-0.25, -0.32, -0.4}, 0.010, -0.005);
-    // x: 10.03 mm · cos - (-4.99 mm) · sin(1.9 mrad) = 10.029988716 + 0.009480994
-    EXPECT_NEAR(beam.focus.x, -0.25 + 35e-6 + 0.010039469710, 1e-11);
-    // z: 10.03 mm · sin(1.5 mrad) - 4.99 mm · cos(1.9 mrad) = 0.015044994 - 4.989990993
-    EXPECT_NEAR(beam.focus.z, -0.4 - 22e-6 - 0.004974945999, 1e-11);
+    // Worked out apart: a = 1.003 · 10/160, b = -0.998 · 5/160, f t sin(a)/sin(t) and so on, then turned and skewed.
+    EXPECT_NEAR(beam.focus.x, -0.25 + 35e-6 + 0.010041081727, 1e-11);
+    EXPECT_NEAR(beam.focus.z, -0.4 - 22e-6 - 0.004968404575, 1e-11);
     EXPECT_EQ(beam.focus.y, -0.32);
+}
+
+TEST(TrueBeam, IsPillowInXAndBarrelInZ) {
+    // f 160 mm, both mirrors 20 and 10 degrees: known values of the two-mirror head with an f-theta lens.
+    const GalvoTruth truth;
+    for (const auto& [degrees, x, z] : {std::tuple{20.0, 56.962, 53.527}, std::tuple{10.0, 28.066, 27.640}}) {
+        const double command = 0.160 * degrees * kPi / 180.0;
+        const Beam beam = true_beam(truth, {}, command, command);
+        EXPECT_NEAR(beam.focus.x * 1e3, x, 5e-4);
+        EXPECT_NEAR(beam.focus.z * 1e3, z, 5e-4);
+    }
+}
+
+TEST(TrueBeam, EachTermOfTheLensActsByItself) {
+    GalvoTruth truth;
+    truth.lens = {0.160, -0.001, 0.0, 0.0};
+    EXPECT_NEAR(true_beam(truth, {}, 0.016, 0.0).focus.x, 0.016 - 1e-5, 1e-12);
+    truth.lens = {0.160, 0.0, -0.020, -0.010};
+    EXPECT_NEAR(true_beam(truth, {}, 0.0, 0.016).focus.z, 0.016 - 2e-5 - 1e-6, 1e-12);
+    truth = {};
+    truth.ripple_x = 3e-6;
+    truth.ripple_period = 0.064;
+    // A quarter of a period out: sin(pi/2 + 0.6).
+    EXPECT_NEAR(true_beam(truth, {}, 0.016, 0.0).focus.x, 0.016 + 3e-6 * 0.825335615, 1e-13);
 }
 
 TEST(TrueBeam, TravelsTowardsTheWorkpieceAndLeansOutwards) {
@@ -123,11 +147,28 @@ TEST(TrueBeam, TravelsTowardsTheWorkpieceAndLeansOutwards) {
     const Beam straight = true_beam(truth, {}, 0.0, 0.0);
     EXPECT_EQ(straight.direction, (Vec3{0.0, -1.0, 0.0}));
     const Beam out = true_beam(truth, {}, 0.016, -0.008);
-    EXPECT_NEAR(out.direction.x / -out.direction.y, 0.1, 1e-12);
-    EXPECT_NEAR(out.direction.z / -out.direction.y, -0.05, 1e-12);
+    EXPECT_NEAR(out.direction.x / -out.direction.y, 0.100041567467, 1e-10);
+    EXPECT_NEAR(out.direction.z / -out.direction.y, -0.049833166647, 1e-10);
     EXPECT_NEAR(norm(out.direction), 1.0, 1e-12);
     truth.beam_tilt_x = 0.2e-3;
     EXPECT_NEAR(true_beam(truth, {}, 0.0, 0.0).direction.x, 0.2e-3, 1e-10);
+}
+
+TEST(TrueBeam, LeansByTheExitPupilOfEachMirrorAndBends) {
+    GalvoTruth truth;
+    truth.exit_pupil_x = 0.320;
+    truth.exit_bend = 10.0;
+    const Beam out = true_beam(truth, {}, 0.016, 0.0);
+    EXPECT_NEAR(out.direction.x / -out.direction.y, 0.05 * (1.0 + 10.0 * 0.016 * 0.016), 1e-12);
+}
+
+TEST(TrueBeam, FieldCurvatureMovesTheFocusAlongTheBeam) {
+    GalvoTruth truth;
+    truth.field_curvature = 0.5;
+    const Beam out = true_beam(truth, {}, 0.016, 0.0);
+    EXPECT_NEAR(out.focus.y, 0.5 * 0.016 * 0.016, 1e-15);
+    const Vec3 at_plane = out.focus + (out.focus.y / -out.direction.y) * out.direction;
+    EXPECT_NEAR(at_plane.x, 0.016, 1e-12) << "the beam itself stays where it is";
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+/// The subcommands of `scribecell calibrate`, as those of subcommands.hpp.
+
+namespace sc::host::cli {
+
+void add_calibrate_axes(CLI::App& calibrate, int& exit_code);
+void add_calibrate_galvo_field(CLI::App& calibrate, int& exit_code);
+
+}  // namespace sc::host::cli

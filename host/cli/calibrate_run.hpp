@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "host/calibration/galvo_fit.hpp"
+#include "host/formats/calibration_set.hpp"
+
+namespace sc::host::cli {
+
+/// What `scribecell calibrate galvo-field` was asked for.
+struct GalvoFieldOptions {
+    std::optional<std::filesystem::path> measured;     ///< a real plate's crosses; needs `plan`
+    std::optional<std::filesystem::path> plan;         ///< the plan that it was burnt by
+    std::optional<std::filesystem::path> calibration;  ///< set to extend; the example's without one
+    std::optional<std::filesystem::path> out;          ///< folder for plan.csv, measured.csv, calibration.toml
+    std::optional<std::filesystem::path> world;        ///< of the simulated cell
+    std::string link = "sim:";
+    double sigma_um = 7.5;  ///< of the simulated measurement
+    std::uint64_t seed = 1;
+    bool plan_only = false;
+    bool residual_grid = true;
+    bool json = false;
+};
+
+struct GalvoFieldOutcome {
+    GalvoFit fit;
+    CalibrationSet set;  ///< with the new records
+    std::size_t crosses = 0;
+    std::string files;  ///< where they are, for a person; empty: nothing was kept
+};
+
+/// Burns the plate of crosses through `link`, with no field correction, and writes plan.csv and, in the simulated cell,
+/// pulses.trace to `folder`. Throws InputError, CellError and what Session throws.
+void burn_plate(const GalvoFieldOptions& options, const CalibrationSet& set, const std::filesystem::path& folder);
+/// The simulated measurement of a burnt plate: runs scribecell-plate-camera. Throws CellError.
+void measure_plate(const std::filesystem::path& folder, double sigma_um, std::uint64_t seed,
+                   const std::filesystem::path& out);
+/// Fits plan and measurement, and adds `galvo` and `galvo_field` to the set. Throws InputError.
+[[nodiscard]] GalvoFieldOutcome fit_plate(const std::filesystem::path& plan, const std::filesystem::path& measured,
+                                          const CalibrationSet& set, const GalvoFitOptions& options);
+/// The whole command but for printing.
+[[nodiscard]] GalvoFieldOutcome run_galvo_field(const GalvoFieldOptions& options);
+
+}  // namespace sc::host::cli

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "cell_rig.hpp"
+#include "undisturbed.hpp"
+
+namespace sc::test {
+namespace {
+
+/// Enabled and homed, not armed.
+void make_idle(CellRig& rig) {
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    ASSERT_EQ(rig.command(link::Verb::enable).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    ASSERT_EQ(rig.command(link::Verb::home).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::homing, 100));
+    ASSERT_TRUE(rig.until_state(State::idle, 120'000));
+}
+
+TEST(Controller, RefusesToArmUntilTheGalvosConventionIsSet) {
+    CellRig::Options options;
+    options.machine.galvo.convention = GalvoConvention::unset;
+    CellRig rig(options);
+    make_idle(rig);
+    EXPECT_EQ(static_cast<Refusal>(rig.command(link::Verb::arm).refusal), Refusal::galvo_convention_unset);
+    EXPECT_EQ(rig.state(), State::idle);
+}
+
+TEST(Controller, MasterOscillatorComesOnOnlyThroughAProvenHeadAndAfterItsWarning) {
+    CellRig rig;
+    make_idle(rig);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::arming, 10));
+    int warned = 0;
+    while (!rig.cell().latest().digital.master_oscillator) {
+        EXPECT_TRUE(rig.cell().latest().digital.light_yellow) << "emission warning";
+        ASSERT_LT(++warned, 1000);
+        rig.ticks(1);
+    }
+    EXPECT_EQ(warned, 500);
+    ASSERT_TRUE(rig.until_state(State::armed, 20));
+    EXPECT_EQ(rig.pulses().size(), 0U);
+}
+
+TEST(Controller, NoHeadMeansNoArming) {
+    // A converter that says "all well" for ever has no head; a line that floats is not even well.
+    for (const auto& [what, fault] :
+         {std::pair{"absent", Fault::galvo_absent}, std::pair{"float_high", Fault::galvo_not_ready},
+          std::pair{"float_low", Fault::galvo_not_ready}}) {
+        CellRig::Options options;
+        options.script = std::string("at 0.1 galvo ") + what + "\n";
+        CellRig rig(options);
+        make_idle(rig);
+        ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+        bool lit = false;
+        ASSERT_TRUE(rig.until(
+            [&] {
+                lit = lit || rig.cell().latest().digital.master_oscillator;
+                return rig.state() == State::fault;
+            },
+            1000))
+            << what;
+        rig.ticks(50);
+        EXPECT_EQ(rig.status().first_fault, static_cast<std::uint8_t>(fault)) << what;
+        EXPECT_FALSE(lit) << what;
+    }
+}
+
+/// A correction that shifts every place by so much, without lens or lean.
+GalvoField shifted_field(double x, double z) {
+    GalvoField field;
+    field.half = 0.060;
+    const double cell = 2.0 * field.half / static_cast<double>(GalvoField::kCells);
+    for (std::size_t i = 0; i < GalvoField::kNodes; ++i) {
+        field.node[2 * i] = -field.half + cell * (static_cast<double>(i % GalvoField::kSide) - 1.0) + x;
+        field.node[2 * i + 1] = -field.half + cell * (static_cast<double>(i / GalvoField::kSide) - 1.0) + z;
+    }
+    return field;
+}
+
+std::uint16_t send_field(CellRig& rig, const GalvoField& field) {
+    link::SetGalvoField message;
+    for (std::size_t first = 0; first < GalvoField::kNumbers; first += message.count) {
+        message.first = static_cast<std::uint16_t>(first);
+        message.count = static_cast<std::uint8_t>(std::min(message.numbers.size(), GalvoField::kNumbers - first));
+        for (std::size_t i = 0; i < message.count; ++i) {
+            message.numbers[i] = field.number(first + i);
+        }
+        const auto reply = rig.set_galvo_field(message);
+        if (reply.refusal != 0) {
+            return reply.refusal;
+        }
+    }
+    message.first = GalvoField::kNumbers;
+    message.count = 0;
+    return rig.set_galvo_field(message).refusal;
+}
+
+TEST(Controller, AppliesTheGalvoFieldAndNothingElseOfTheJobChanges) {
+    CellRig rig;
+    rig.connect();
+    ASSERT_EQ(send_field(rig, shifted_field(20e-6, -30e-6)), 0);
+    make_idle(rig);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    ASSERT_EQ(rig.open_job(short_job()).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
+    EXPECT_EQ(rig.command_hash(), undisturbed().command_hash()) << "commands are places, not words";
+    ASSERT_EQ(rig.pulses().size(), undisturbed().pulses().size());
+    for (std::size_t i = 0; i < rig.pulses().size(); ++i) {
+        const auto& with = rig.pulses()[i].place_pm;
+        const auto& without = undisturbed().pulses()[i].place_pm;
+        ASSERT_NEAR(static_cast<double>(with[0] - without[0]), 20e6, 2.5e6) << i;
+        ASSERT_NEAR(static_cast<double>(with[2] - without[2]), -30e6, 2.5e6) << i;
+    }
+}
+
+TEST(Controller, RefusesAGalvoFieldThatIsNoneOrComesOutOfOrder) {
+    CellRig rig;
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    const auto bad = static_cast<std::uint16_t>(Refusal::bad_config);
+    GalvoField mirrored = shifted_field(0.0, 0.0);
+    for (std::size_t i = 0; i < GalvoField::kNodes; ++i) {
+        mirrored.node[2 * i] = -mirrored.node[2 * i];
+    }
+    EXPECT_EQ(send_field(rig, mirrored), bad);
+    link::SetGalvoField message;
+    message.count = 24;
+    EXPECT_EQ(rig.set_galvo_field(message).refusal, 0);
+    message.first = 48;
+    EXPECT_EQ(rig.set_galvo_field(message).refusal, bad) << "a gap";
+    message = {};
+    message.first = 24;
+    EXPECT_EQ(rig.set_galvo_field(message).refusal, bad) << "ended too early";
+    message = {};
+    message.count = 25;
+    EXPECT_EQ(rig.set_galvo_field(message).refusal, bad) << "more than fit";
+    EXPECT_EQ(rig.set_galvo_field({}).refusal, 0) << "taking it away";
+    EXPECT_EQ(send_field(rig, shifted_field(0.0, 0.0)), 0);
+}
+
+TEST(Controller, RefusesAGalvoFieldWhileArmed) {
+    CellRig rig;
+    rig.make_ready();
+    EXPECT_EQ(rig.set_galvo_field({}).refusal, static_cast<std::uint16_t>(Refusal::wrong_state));
+}
+
+}  // namespace
+}  // namespace sc::test
