@@ -38,19 +38,27 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     while (k != last && ring[k + 1].start <= u) {
         ++k;
     }
+    const double scale = nominal ? now.slowness : 1.0;
+    const double u0 = nominal ? now.u0 : 0.0;
+    Segment s;
+    s.rate = nominal ? now.rate : 1.0;
+    while (true) {
+        s.t0 = now.begin + (ring[k].start - u0) * scale;
+        if (k == last) {
+            s.end = now.end < kOpenEnd ? now.end : s.t0 + ring[k].duration * scale;
+            break;
+        }
+        s.end = smaller(now.begin + (ring[k + 1].start - u0) * scale, now.end);
+        // Rounding must not give the same piece again at its own end.
+        if (t < s.end || s.end >= now.end) {
+            break;
+        }
+        ++k;
+    }
+    s.begin = larger(s.t0, now.begin);
     cursor.piece = k;
     const Piece& piece = ring[k];
-    Segment s;
     s.piece = &piece;
-    s.rate = nominal ? now.rate : 1.0;
-    s.t0 = nominal ? now.begin + (piece.start - now.u0) * now.slowness : now.begin + piece.start;
-    s.begin = larger(s.t0, now.begin);
-    if (k != last) {
-        const double next = ring[k + 1].start;
-        s.end = smaller(now.begin + (nominal ? (next - now.u0) * now.slowness : next), now.end);
-    } else {
-        s.end = now.end < kOpenEnd ? now.end : s.t0 + piece.duration * now.slowness;
-    }
     if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
         // Before the law begins, between two legs at rest, or behind its end.
         const bool after = t >= s.end;
