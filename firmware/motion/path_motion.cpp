@@ -23,7 +23,8 @@ constexpr double kReadyShare = 1.25;  ///< of that, before it begins
 constexpr double kSameRate = 1e-9;
 constexpr double kLeastRate = 0.05;
 constexpr double kGoShare = 0.6;
-constexpr double kBackShare = 0.7;
+/// Rates that a way back is tried at: the slower, the more the limits have left.
+constexpr std::array<double, 7> kBackRates{1.0, 0.7, 0.45, 0.3, 0.2, 0.1, 0.05};
 constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
 constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
 constexpr std::uint32_t kSlackTicks = 3;
@@ -342,6 +343,7 @@ void PathMotion::begin_moving_task(Task task) noexcept {
                 stop_wanted_ = false;
                 rests_ = true;
                 rest_u_ = end;
+                leg(leg_end_ - 1).end = end_time();
                 stop_time_ = smaller(stop_time_, now_);
             }
             return;
@@ -379,8 +381,6 @@ void PathMotion::give_up() noexcept {
     step_ = 0;
     if (failed == Task::go) {
         go_rate_ = larger(kGoShare * go_rate_, kLeastRate);
-    } else if (failed == Task::back) {
-        backed_ = resume_wanted_;  // from here, then
     }
 }
 
@@ -469,8 +469,6 @@ void PathMotion::go_on(double begin) noexcept {
 }
 
 void PathMotion::begin_back() noexcept {
-    const double share = step_ == 0 ? 1.0 : back_share_;
-    back_share_ = kBackShare * share;
     RateChange change;
     change.from = {.u = rest_u_};
     change.piece = piece_at(rest_u_);
@@ -483,9 +481,9 @@ void PathMotion::begin_back() noexcept {
         --k;
     }
     u = larger(u, planner_.pieces()[k].start);
-    change.until = rest_u_ - share * (rest_u_ - u);
+    change.until = u;
     change.end = change.until > 0.0 ? RateChange::End::rest : RateChange::End::free;
-    change.rate = 1.0;
+    change.rate = kBackRates[step_];
     begin_change(Task::back, change);
 }
 

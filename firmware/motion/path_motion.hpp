@@ -217,7 +217,6 @@ private:
     std::uint32_t step_ = 0;    ///< of the ladder of spans
     std::uint32_t missed_ = 0;  ///< times that a change was not ready in time
     double go_rate_ = 1.0;
-    double back_share_ = 1.0;
     std::uint32_t made_begin_ = 0;
     /// States of the re-timed leg in force, so that another change can begin in its midst.
     std::array<trajectory::Rate, trajectory::Retimer::kNodes> rates_{};
