@@ -23,8 +23,11 @@ constexpr double kReadyShare = 1.25;  ///< of that, before it begins
 constexpr double kSameRate = 1e-9;
 constexpr double kLeastRate = 0.05;
 constexpr double kGoShare = 0.6;
-/// Rates that a way back is tried at: the slower, the more the limits have left.
-constexpr std::array<double, 7> kBackRates{1.0, 0.7, 0.45, 0.3, 0.2, 0.1, 0.05};
+/// Rates, and shares of the way, that a way back is tried at: the slower and shorter, the more the limits have left.
+/// What is left of the way is then gone from the next rest.
+constexpr std::array<double, 7> kBackRates{1.0, 0.6, 0.3, 0.8, 0.4, 0.5, 0.2};
+constexpr std::array<double, 7> kBackShares{1.0, 1.0, 1.0, 0.4, 0.4, 0.12, 0.04};
+constexpr double kLeastBack = 0.5;      ///< of a stop's time
 constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
 constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
 constexpr std::uint32_t kSlackTicks = 3;
@@ -264,12 +267,13 @@ void PathMotion::drop_task() noexcept {
 
 /// A stop for want of points is begun while there is still enough of them for it.
 void PathMotion::watch_supply() noexcept {
-    if (complete_ || stop_wanted_) {
+    // While there is no room for more, the way on makes some.
+    if (complete_ || stop_wanted_ || planner_.pieces().free() < trajectory::kPiecesAtOnce) {
         return;
     }
     const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_;
     const double ahead = nominal_end() - nominal_at(now_);
-    // While the planner is at work, or has no room, it is a drought only when little is left.
+    // While the planner is at work, it is a drought only when little is left.
     if (ahead < (waits_ ? reserve : kLastReserve * reserve)) {
         starved_ = true;
         stop_wanted_ = true;
@@ -381,6 +385,8 @@ void PathMotion::give_up() noexcept {
     step_ = 0;
     if (failed == Task::go) {
         go_rate_ = larger(kGoShare * go_rate_, kLeastRate);
+    } else if (failed == Task::back) {
+        backed_ = true;  // from here, then: what lacks the way to gather speed is withheld and counted
     }
 }
 
@@ -411,8 +417,8 @@ void PathMotion::publish() noexcept {
           .last = made_.end()});
     if (task == Task::stop || task == Task::back) {
         rests_ = true;
-        rest_u_ = change_.until;
-        backed_ = task == Task::back && resume_wanted_;
+        rest_u_ = end.u;
+        backed_ = task == Task::back && resume_wanted_ && back_reaches_;
         if (task == Task::stop) {
             stop_wanted_ = false;
             stop_time_ = smaller(stop_time_, begin);
@@ -420,7 +426,7 @@ void PathMotion::publish() noexcept {
         return;
     }
     rate_ = change_.rate;
-    push({.begin = begin + end.t, .u0 = change_.until, .rate = rate_, .slowness = 1.0 / rate_});
+    push({.begin = begin + end.t, .u0 = end.u, .rate = rate_, .slowness = 1.0 / rate_});
     if (task == Task::go) {
         go_rate_ = 1.0;
         go_on(begin);
@@ -475,15 +481,23 @@ void PathMotion::begin_back() noexcept {
     if (planner_.pieces()[change.piece].start == rest_u_ && change.piece != planner_.pieces().first()) {
         --change.piece;
     }
-    double u = time_at_distance(resume_distance_ - ends_.run_in());
+    const double aim = time_at_distance(resume_distance_ - ends_.run_in());
+    // Too short a way has no room to gather speed.
+    double u = larger(smaller(aim, rest_u_ - kLeastBack * stop_span_), 0.0);
     std::uint32_t k = change.piece;
     for (std::uint32_t n = 0; n < kTooMany && k != planner_.pieces().first() && planner_.pieces()[k].start > u; ++n) {
         --k;
     }
     u = larger(u, planner_.pieces()[k].start);
-    change.until = u;
+    if (!(u < rest_u_ - 0.5 * kLeastBack * stop_span_)) {
+        backed_ = true;  // no more is kept to back up over
+        begin_go();
+        return;
+    }
+    change.until = rest_u_ - kBackShares[step_] * (rest_u_ - u);
     change.end = change.until > 0.0 ? RateChange::End::rest : RateChange::End::free;
     change.rate = kBackRates[step_];
+    back_reaches_ = !(change.until > aim);
     begin_change(Task::back, change);
 }
 

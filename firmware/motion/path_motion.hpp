@@ -93,8 +93,8 @@ public:
     [[nodiscard]] bool can_continue() const noexcept { return stopped() && ready(); }
     /// All of a finished path is planned, and the law runs to its end.
     [[nodiscard]] bool complete() const noexcept { return complete_ && !rests_; }
-    /// The law ends at rest before the path's end.
-    [[nodiscard]] bool stopped() const noexcept { return rests_ && !backed_; }
+    /// The law ends at rest before the path's end, and no resume is under way.
+    [[nodiscard]] bool stopped() const noexcept { return rests_ && !resume_wanted_; }
     /// Path time at which the law ends, once complete() or stopped().
     [[nodiscard]] double end_time() const noexcept;
     /// Path time from which the law moves forward again after a resume; pulses before it are withheld.
@@ -114,8 +114,8 @@ public:
 
     /// Law about path time t. Only after ready().
     [[nodiscard]] Segment segment(double t, Cursor& cursor) const noexcept;
-    /// Nothing before path time t is read any more.
-    void forget_before(double t) noexcept;
+    /// Nothing before path time t is read any more, and a resume will be from `distance` or beyond.
+    void forget_before(double t, double distance) noexcept;
 
     /// For prints of the state.
     [[nodiscard]] const trajectory::Planner& planner() const noexcept { return planner_; }
@@ -206,6 +206,7 @@ private:
     bool complete_ = false;  ///< the nominal trajectory is planned to the path's end
     bool rests_ = false;     ///< the law ends at rest, now or later
     bool backed_ = false;    ///< for the resume that is under way
+    bool back_reaches_ = false;  ///< the way back under way is the last of them
     double rest_u_ = 0.0;
     double stop_time_ = 1e30;
     double rearm_time_ = 0.0;

@@ -7,6 +7,7 @@ namespace sc::motion {
 namespace {
 
 constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
+constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the reader
 
 }  // namespace
 
@@ -74,7 +75,7 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     return s;
 }
 
-void PathMotion::forget_before(double t) noexcept {
+void PathMotion::forget_before(double t, double distance) noexcept {
     if (task_ != Task::none || !open_ || !ready()) {
         return;
     }
@@ -94,11 +95,11 @@ void PathMotion::forget_before(double t) noexcept {
         ++next;
     }
     made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
-    // Behind the reader the way of a run-in is kept, to back up.
-    const double keep = s.piece->distance[0] - 1.3 * ends_.run_in();
+    // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
+    const double keep = smaller(s.piece->distance[0], distance) - 1.3 * ends_.run_in();
     trajectory::Ring<Piece>& pieces = planner_.pieces();
     while (pieces.first() != cursor.piece &&
-           (pieces[pieces.first() + 1].distance[0] < keep || pieces.free() < 4 * trajectory::kPiecesAtOnce)) {
+           (pieces[pieces.first() + 1].distance[0] < keep || cursor.piece - pieces.first() > kMostBehind)) {
         pieces.forget_before(pieces.first() + 1);
     }
 }
