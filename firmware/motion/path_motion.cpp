@@ -52,7 +52,8 @@ PathMotion::PathMotion() noexcept : planner_({vertex_memory_, node_memory_, piec
 
 bool PathMotion::open(const trajectory::Spec& spec) noexcept {
     pending_size_ = pending_taken_ = 0;
-    end_pending_ = bad_ = false;
+    end_pending_ = last_pending_ = bad_ = false;
+    given_.size = given_taken_ = 0;
     credit_ = 0;
     idle_ = true;
     leg_first_ = leg_end_ = 0;
@@ -97,30 +98,48 @@ bool PathMotion::wants_points() const noexcept {
     return open_ && !bad_ && !end_pending_ && !ends_.finished() && pending_size_ < kPointsPerTick;
 }
 
-void PathMotion::add(const Place& point, std::uint32_t item) noexcept {
-    pending_[pending_size_] = {point, item};
+void PathMotion::take(const PathEnds::Point& point) noexcept {
+    pending_[pending_size_] = point;
     ++pending_size_;
 }
 
 void PathMotion::finish() noexcept { end_pending_ = true; }
 
+/// To the planner, as far as it has room. True when nothing is left.
+bool PathMotion::give_on(std::uint32_t& units) noexcept {
+    while (given_taken_ < given_.size) {
+        if (!planner_.wants_points()) {
+            return false;
+        }
+        const PathEnds::Point& point = given_.each[given_taken_];
+        ++given_taken_;
+        units -= point.arc && units > 0 ? 1U : 0U;
+        const bool taken = point.arc ? planner_.add_arc(point.via, point.place, point.item).has_value()
+                                     : planner_.add(point.place, point.item).has_value();
+        bad_ = bad_ || !taken;
+    }
+    given_.size = given_taken_ = 0;
+    return true;
+}
+
 void PathMotion::take_points(std::uint32_t& units) noexcept {
-    while (pending_taken_ < pending_size_ && units > 0 && planner_.wants_points()) {
-        const Point& point = pending_[pending_taken_];
+    while (give_on(units) && pending_taken_ < pending_size_ && units > 0) {
+        ends_.add(pending_[pending_taken_], given_);
         ++pending_taken_;
         --units;
-        if (const auto given = ends_.add(point.place, point.item); given && !planner_.add(given->place, given->item)) {
-            bad_ = true;
-        }
     }
     if (pending_taken_ < pending_size_) {
         return;
     }
     pending_taken_ = pending_size_ = 0;
-    if (end_pending_ && planner_.wants_points()) {
+    if (end_pending_ && given_.size == 0) {
         end_pending_ = false;
-        const auto given = ends_.finish();
-        if (!given || !planner_.add(given->place, given->item) || !planner_.finish()) {
+        ends_.finish(given_);
+        last_pending_ = true;
+    }
+    if (last_pending_ && give_on(units)) {
+        last_pending_ = false;
+        if (!ends_.finished() || !planner_.finish()) {
             bad_ = true;
         }
     }

@@ -27,7 +27,7 @@ using trajectory::Place;
 
 inline constexpr std::uint32_t kPointsPerTick = 8;  ///< that are taken
 /// Units of planning a tick; a unit is one step of one cell, or one point.
-inline constexpr std::uint32_t kUnitsPerTick = 36;
+inline constexpr std::uint32_t kUnitsPerTick = 34;
 
 /// A stretch of path time on one polynomial. What is read for each frame and each pulse comes from here: no look-up, no
 /// division, no root, no comparison. Valid until the next tick().
@@ -57,7 +57,11 @@ public:
     /// Begins a path (servo context); the one before is dropped. False: the spec is refused.
     [[nodiscard]] bool open(const trajectory::Spec& spec) noexcept;
     /// Point and end of the path, only while `wants_points()`.
-    void add(const Place& point, std::uint32_t item) noexcept;
+    void add(const Place& point, std::uint32_t item) noexcept { take({.place = point, .item = item}); }
+    /// A circular arc from the last point through `via` to `to`; not the first. See trajectory::Planner::add_arc.
+    void add_arc(const Place& via, const Place& to, std::uint32_t item) noexcept {
+        take({.place = to, .item = item, .arc = true, .via = via});
+    }
     void finish() noexcept;
     [[nodiscard]] bool wants_points() const noexcept;
     /// The path has ended without two distinct points, or a point was refused.
@@ -145,6 +149,8 @@ private:
     [[nodiscard]] const Leg& leg(std::uint32_t i) const noexcept { return legs_[i % kLegs]; }
     [[nodiscard]] Leg& leg(std::uint32_t i) noexcept { return legs_[i % kLegs]; }
     [[nodiscard]] const Leg& newest() const noexcept { return leg(leg_end_ - 1); }
+    void take(const PathEnds::Point& point) noexcept;
+    [[nodiscard]] bool give_on(std::uint32_t& units) noexcept;
     void push(const Leg& added) noexcept;
     void take_points(std::uint32_t& units) noexcept;
     void choose() noexcept;
@@ -165,20 +171,19 @@ private:
     [[nodiscard]] double time_at_distance(double distance) const noexcept;
     [[nodiscard]] std::uint32_t pieces_between(std::uint32_t from, double until) const noexcept;
 
-    struct Point {
-        Place place{};
-        std::uint32_t item = 0;
-    };
-    std::array<Point, kPointsPerTick> pending_{};
+    std::array<PathEnds::Point, kPointsPerTick> pending_{};
     std::uint32_t pending_size_ = 0;
     std::uint32_t pending_taken_ = 0;
     bool end_pending_ = false;
+    bool last_pending_ = false;  ///< the run-out is being given on
     bool bad_ = false;
     bool open_ = false;
     std::uint32_t credit_ = 0;
     bool idle_ = true;  ///< nothing more can be done until the next tick
 
     PathEnds ends_;
+    PathEnds::Points given_;  ///< by it, and not yet taken by the planner
+    std::uint32_t given_taken_ = 0;
     trajectory::Retimer retimer_;
     std::array<trajectory::Vertex, kVertices> vertex_memory_;
     std::array<trajectory::Node, kNodes> node_memory_;
@@ -202,10 +207,10 @@ private:
     bool stop_wanted_ = false;
     bool resume_wanted_ = false;
     bool starved_ = false;
-    bool waits_ = false;     ///< the planner waited for points in the last tick
-    bool complete_ = false;  ///< the nominal trajectory is planned to the path's end
-    bool rests_ = false;     ///< the law ends at rest, now or later
-    bool backed_ = false;    ///< for the resume that is under way
+    bool waits_ = false;         ///< the planner waited for points in the last tick
+    bool complete_ = false;      ///< the nominal trajectory is planned to the path's end
+    bool rests_ = false;         ///< the law ends at rest, now or later
+    bool backed_ = false;        ///< for the resume that is under way
     bool back_reaches_ = false;  ///< the way back under way is the last of them
     double rest_u_ = 0.0;
     double stop_time_ = 1e30;

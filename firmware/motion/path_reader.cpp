@@ -6,7 +6,7 @@
 namespace sc::motion {
 namespace {
 
-constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
+constexpr double kOpenEnd = 1e29;           ///< s: the end of a leg that has none yet
 constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the reader
 
 }  // namespace

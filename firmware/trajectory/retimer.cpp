@@ -27,8 +27,8 @@ double stop_shape(double x) noexcept {
     return y * cube_root(y);
 }
 
-/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`; what comes next to it, up to `beyond`, must
-/// be able to take it up.
+/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`; what comes next to it, up to `beyond`,
+/// must be able to take it up.
 double ramp_jerk(const Limits& limits, const Node& a, const Node& z, const Node& beyond) noexcept {
     double jerk = 1e15;
     double acceleration = 1e15;
@@ -269,7 +269,8 @@ void Retimer::guess(const Limits& limits) noexcept {
         begin_jerk_ = begin_share_ * ramp_jerk(limits, nodes_[0], nodes_[1], nodes_[count_ > 2 ? 2 : 1]);
     }
     if (target_ + 1 < count_) {
-        end_jerk_ = end_share_ * ramp_jerk(limits, nodes_[target_], nodes_[target_ + 1], nodes_[target_ > 0 ? target_ - 1 : 0]);
+        end_jerk_ =
+            end_share_ * ramp_jerk(limits, nodes_[target_], nodes_[target_ + 1], nodes_[target_ > 0 ? target_ - 1 : 0]);
     }
     if (tries_ > 0) {
         return;
