@@ -12,8 +12,6 @@ namespace {
 using trajectory::value;
 
 constexpr double kUnlimited = 1e30;
-/// Points keep this far from the ends of travel, so that the matrix cannot push a set-point over them.
-constexpr double kTravelMargin = 0.2e-3;
 constexpr std::int64_t kDrainTicks = 3;
 constexpr std::size_t kX = index(Axis::x);
 constexpr std::size_t kY = index(Axis::y);
@@ -103,155 +101,6 @@ void JobRunner::refuse(Refusal refusal, std::uint32_t item, Axis axis, double va
     }
 }
 
-bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexcept {
-    for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
-        const AxisConfig& config = machine_.axis[index(axis)];
-        const double p = place[index(axis)];
-        const double margin = kTravelMargin + geometry_.map_shift(index(axis));
-        if (!(p >= config.travel_min + margin && p <= config.travel_max - margin)) {
-            refuse(Refusal::out_of_travel, item, axis, p);
-            return false;
-        }
-    }
-    if (safety::in_keep_out(machine_, {place[kX], place[kY], place[kZ]})) {
-        refuse(Refusal::in_keep_out, item, Axis::z, place[kZ]);
-        return false;
-    }
-    return true;
-}
-
-// --- items
-
-void JobRunner::take_item(ItemQueue& items) noexcept {
-    const Item* front = items.front();
-    if (front == nullptr) {
-        waiting_ = true;
-        limited_by_ = LimitedBy::starved;
-        return;
-    }
-    const Item item = *front;
-    items.pop();
-    ++items_taken_;
-    if (const auto* turn = std::get_if<Turn>(&item)) {
-        begin_turn(*turn);
-    } else if (const auto* begin = std::get_if<PathBegin>(&item)) {
-        begin_path(*begin);
-    } else if (std::holds_alternative<JobEnd>(item)) {
-        motion::Place to = place_;
-        to[kY] = larger(place_[kY], machine_.y_retracted.si());
-        begin_stage_move(to, Phase::end_retract);
-    } else {
-        refuse(Refusal::item_out_of_order, items_taken_ - 1, Axis::x, 0.0);
-    }
-}
-
-void JobRunner::begin_turn(const Turn& turn) noexcept {
-    const double angle = static_cast<double>(turn.c) / kWireUnitsPerDegree;
-    const AxisConfig& c = machine_.axis[kC];
-    if (!(angle >= c.travel_min && angle <= c.travel_max)) {
-        refuse(Refusal::turn_out_of_range, items_taken_ - 1, Axis::c, angle);
-        return;
-    }
-    target_ = place_;
-    if (angle != place_[kC]) {
-        target_[kY] = larger(place_[kY], machine_.y_retracted.si());
-    }
-    begin_stage_move(target_, Phase::turn_retract);
-    target_[kC] = angle;
-}
-
-void JobRunner::begin_path(const PathBegin& begin) noexcept {
-    const std::uint32_t item = items_taken_ - 1;
-    path_ = begin;
-    laser::PulseSpec pulses;
-    pulses.path = begin.path;
-    pulses.pass = begin.pass;
-    pulses.pitch = static_cast<double>(begin.pitch_nm) * 1e-9;
-    pulses.energy = static_cast<double>(begin.energy_nj) * 1e-9;
-    pulses.speed_min = machine_.laser.mark_speed_min.si();
-    pulses.prr_min = machine_.laser.prr_min.si();
-    pulses.prr_nominal = machine_.laser.prr_nominal.si();
-    pulses.power = machine_.laser.power.si();
-    trajectory::Spec spec;
-    spec.speed = static_cast<double>(begin.speed_um_s) * 1e-6;
-    spec.tolerance = static_cast<double>(begin.tolerance_nm) * 1e-9;
-    spec.limits = begin.actuator == Actuator::galvo ? galvo_limits_ : path_limits_;
-    const double fastest = begin.actuator == Actuator::galvo ? machine_.galvo.speed.si() : machine_.axis[kX].speed;
-    if (!(spec.speed >= pulses.speed_min && spec.speed <= fastest)) {
-        refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
-    } else if (!(pulses.pitch > 0.0 && spec.speed <= pulses.pitch * pulses.prr_nominal)) {
-        refuse(Refusal::bad_pitch, item, Axis::x, pulses.pitch);
-    } else if (!(pulses.energy > 0.0 && pulses.energy * pulses.prr_nominal <= pulses.power)) {
-        refuse(Refusal::bad_energy, item, Axis::x, pulses.energy);
-    } else if (!laser::firing_at(spec.speed, pulses).possible) {
-        refuse(Refusal::bad_pitch, item, Axis::x, pulses.pitch);
-    }
-    if (begin.actuator == Actuator::galvo) {
-        (void)in_travel({metres(begin.anchor_x), metres(begin.anchor_y), metres(begin.anchor_z), place_[kC]}, item);
-    }
-    placer_.open(pulses);
-    motion_.set_override(override_share());
-    if (!motion_.open(spec)) {
-        refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
-    }
-    cursor_ = {};
-    path_closed_ = false;
-    end_checked_ = false;
-    phase_ = Phase::open_path;
-}
-
-void JobRunner::add_point(const PathPoint& point, std::uint32_t item) noexcept {
-    const motion::Place place{metres(point.x), metres(point.y), metres(point.z), place_[kC]};
-    if (path_.actuator == Actuator::galvo) {
-        const double half = machine_.galvo.half_field.si();
-        const double x = place[kX] - metres(path_.anchor_x);
-        const double z = place[kZ] - metres(path_.anchor_z);
-        if (!(absolute(x) <= half)) {
-            refuse(Refusal::galvo_out_of_field, item, Axis::x, x);
-        } else if (!(absolute(z) <= half)) {
-            refuse(Refusal::galvo_out_of_field, item, Axis::z, z);
-        }
-    } else {
-        (void)in_travel(place, item);
-    }
-    motion_.add(place, item);
-}
-
-void JobRunner::feed(ItemQueue& items) noexcept {
-    while (!path_closed_ && motion_.wants_points()) {
-        const Item* front = items.front();
-        if (front == nullptr || refusal_.refusal != Refusal::none) {
-            return;
-        }
-        const std::uint32_t item = items_taken_;
-        if (const auto* point = std::get_if<PathPoint>(front)) {
-            add_point(*point, item);
-        } else if (std::holds_alternative<PathEnd>(*front)) {
-            path_closed_ = true;
-            path_end_item_ = item;
-            motion_.finish();
-        } else {
-            const bool turns = std::holds_alternative<Turn>(*front);
-            refuse(turns ? Refusal::c_motion_in_path : Refusal::item_out_of_order, item, turns ? Axis::c : Axis::x,
-                   0.0);
-            return;
-        }
-        items.pop();
-        ++items_taken_;
-    }
-}
-
-void JobRunner::check_end() noexcept {
-    if (motion_.too_short()) {
-        refuse(Refusal::path_too_short, path_end_item_, Axis::x, 0.0);
-    } else if (motion_.has_last() && !end_checked_) {
-        end_checked_ = true;
-        if (path_.actuator == Actuator::axes) {
-            (void)in_travel(motion_.last(), path_end_item_);
-        }
-    }
-}
-
 // --- dark moves
 
 void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept {
@@ -268,10 +117,12 @@ void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept 
 
 void JobRunner::begin_travel() noexcept {
     motion::Place to = motion_.start();
+    check_place(to, items_taken_ - 1);
+    if (refusal_.refusal != Refusal::none) {
+        return;
+    }
     if (path_.actuator == Actuator::galvo) {
         to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
-    } else if (!in_travel(to, items_taken_ - 1)) {
-        return;
     }
     const double retracted = machine_.y_retracted.si();
     if (place_[kY] >= retracted - 1e-9 && to[kY] < retracted) {
@@ -400,7 +251,7 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     }
     place_pulses(since * machine_.control_period_ns, may_mark, out);
     const double lag = exact_double(light_lag_ns()) * 1e-9;
-    motion_.forget_before(t - lag - seconds(2));
+    motion_.forget_before(t - lag - seconds(2), placer_.next_distance(motion_));
     const bool drained = t > motion_.end_time() + lag + seconds(kDrainTicks);
     if (motion_.stopped() && drained) {
         at_rest_ = true;

@@ -23,7 +23,11 @@ constexpr double kReadyShare = 1.25;  ///< of that, before it begins
 constexpr double kSameRate = 1e-9;
 constexpr double kLeastRate = 0.05;
 constexpr double kGoShare = 0.6;
-constexpr double kBackShare = 0.7;
+/// Rates, and shares of the way, that a way back is tried at: the slower and shorter, the more the limits have left.
+/// What is left of the way is then gone from the next rest.
+constexpr std::array<double, 7> kBackRates{1.0, 0.6, 0.3, 0.8, 0.4, 0.5, 0.2};
+constexpr std::array<double, 7> kBackShares{1.0, 1.0, 1.0, 0.4, 0.4, 0.12, 0.04};
+constexpr double kLeastBack = 0.5;      ///< of a stop's time
 constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
 constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
 constexpr std::uint32_t kSlackTicks = 3;
@@ -48,7 +52,8 @@ PathMotion::PathMotion() noexcept : planner_({vertex_memory_, node_memory_, piec
 
 bool PathMotion::open(const trajectory::Spec& spec) noexcept {
     pending_size_ = pending_taken_ = 0;
-    end_pending_ = bad_ = false;
+    end_pending_ = last_pending_ = bad_ = false;
+    given_.size = given_taken_ = 0;
     credit_ = 0;
     idle_ = true;
     leg_first_ = leg_end_ = 0;
@@ -93,30 +98,48 @@ bool PathMotion::wants_points() const noexcept {
     return open_ && !bad_ && !end_pending_ && !ends_.finished() && pending_size_ < kPointsPerTick;
 }
 
-void PathMotion::add(const Place& point, std::uint32_t item) noexcept {
-    pending_[pending_size_] = {point, item};
+void PathMotion::take(const PathEnds::Point& point) noexcept {
+    pending_[pending_size_] = point;
     ++pending_size_;
 }
 
 void PathMotion::finish() noexcept { end_pending_ = true; }
 
+/// To the planner, as far as it has room. True when nothing is left.
+bool PathMotion::give_on(std::uint32_t& units) noexcept {
+    while (given_taken_ < given_.size) {
+        if (!planner_.wants_points()) {
+            return false;
+        }
+        const PathEnds::Point& point = given_.each[given_taken_];
+        ++given_taken_;
+        units -= point.arc && units > 0 ? 1U : 0U;
+        const bool taken = point.arc ? planner_.add_arc(point.via, point.place, point.item).has_value()
+                                     : planner_.add(point.place, point.item).has_value();
+        bad_ = bad_ || !taken;
+    }
+    given_.size = given_taken_ = 0;
+    return true;
+}
+
 void PathMotion::take_points(std::uint32_t& units) noexcept {
-    while (pending_taken_ < pending_size_ && units > 0 && planner_.wants_points()) {
-        const Point& point = pending_[pending_taken_];
+    while (give_on(units) && pending_taken_ < pending_size_ && units > 0) {
+        ends_.add(pending_[pending_taken_], given_);
         ++pending_taken_;
         --units;
-        if (const auto given = ends_.add(point.place, point.item); given && !planner_.add(given->place, given->item)) {
-            bad_ = true;
-        }
     }
     if (pending_taken_ < pending_size_) {
         return;
     }
     pending_taken_ = pending_size_ = 0;
-    if (end_pending_ && planner_.wants_points()) {
+    if (end_pending_ && given_.size == 0) {
         end_pending_ = false;
-        const auto given = ends_.finish();
-        if (!given || !planner_.add(given->place, given->item) || !planner_.finish()) {
+        ends_.finish(given_);
+        last_pending_ = true;
+    }
+    if (last_pending_ && give_on(units)) {
+        last_pending_ = false;
+        if (!ends_.finished() || !planner_.finish()) {
             bad_ = true;
         }
     }
@@ -263,12 +286,13 @@ void PathMotion::drop_task() noexcept {
 
 /// A stop for want of points is begun while there is still enough of them for it.
 void PathMotion::watch_supply() noexcept {
-    if (complete_ || stop_wanted_) {
+    // While there is no room for more, the way on makes some.
+    if (complete_ || stop_wanted_ || planner_.pieces().free() < trajectory::kPiecesAtOnce) {
         return;
     }
     const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_;
     const double ahead = nominal_end() - nominal_at(now_);
-    // While the planner is at work, or has no room, it is a drought only when little is left.
+    // While the planner is at work, it is a drought only when little is left.
     if (ahead < (waits_ ? reserve : kLastReserve * reserve)) {
         starved_ = true;
         stop_wanted_ = true;
@@ -342,6 +366,7 @@ void PathMotion::begin_moving_task(Task task) noexcept {
                 stop_wanted_ = false;
                 rests_ = true;
                 rest_u_ = end;
+                leg(leg_end_ - 1).end = end_time();
                 stop_time_ = smaller(stop_time_, now_);
             }
             return;
@@ -380,7 +405,7 @@ void PathMotion::give_up() noexcept {
     if (failed == Task::go) {
         go_rate_ = larger(kGoShare * go_rate_, kLeastRate);
     } else if (failed == Task::back) {
-        backed_ = resume_wanted_;  // from here, then
+        backed_ = true;  // from here, then: what lacks the way to gather speed is withheld and counted
     }
 }
 
@@ -411,8 +436,8 @@ void PathMotion::publish() noexcept {
           .last = made_.end()});
     if (task == Task::stop || task == Task::back) {
         rests_ = true;
-        rest_u_ = change_.until;
-        backed_ = task == Task::back && resume_wanted_;
+        rest_u_ = end.u;
+        backed_ = task == Task::back && resume_wanted_ && back_reaches_;
         if (task == Task::stop) {
             stop_wanted_ = false;
             stop_time_ = smaller(stop_time_, begin);
@@ -420,7 +445,7 @@ void PathMotion::publish() noexcept {
         return;
     }
     rate_ = change_.rate;
-    push({.begin = begin + end.t, .u0 = change_.until, .rate = rate_, .slowness = 1.0 / rate_});
+    push({.begin = begin + end.t, .u0 = end.u, .rate = rate_, .slowness = 1.0 / rate_});
     if (task == Task::go) {
         go_rate_ = 1.0;
         go_on(begin);
@@ -469,23 +494,29 @@ void PathMotion::go_on(double begin) noexcept {
 }
 
 void PathMotion::begin_back() noexcept {
-    const double share = step_ == 0 ? 1.0 : back_share_;
-    back_share_ = kBackShare * share;
     RateChange change;
     change.from = {.u = rest_u_};
     change.piece = piece_at(rest_u_);
     if (planner_.pieces()[change.piece].start == rest_u_ && change.piece != planner_.pieces().first()) {
         --change.piece;
     }
-    double u = time_at_distance(resume_distance_ - ends_.run_in());
+    const double aim = time_at_distance(resume_distance_ - ends_.run_in());
+    // Too short a way has no room to gather speed.
+    double u = larger(smaller(aim, rest_u_ - kLeastBack * stop_span_), 0.0);
     std::uint32_t k = change.piece;
     for (std::uint32_t n = 0; n < kTooMany && k != planner_.pieces().first() && planner_.pieces()[k].start > u; ++n) {
         --k;
     }
     u = larger(u, planner_.pieces()[k].start);
-    change.until = rest_u_ - share * (rest_u_ - u);
+    if (!(u < rest_u_ - 0.5 * kLeastBack * stop_span_)) {
+        backed_ = true;  // no more is kept to back up over
+        begin_go();
+        return;
+    }
+    change.until = rest_u_ - kBackShares[step_] * (rest_u_ - u);
     change.end = change.until > 0.0 ? RateChange::End::rest : RateChange::End::free;
-    change.rate = 1.0;
+    change.rate = kBackRates[step_];
+    back_reaches_ = !(change.until > aim);
     begin_change(Task::back, change);
 }
 

@@ -27,7 +27,7 @@ using trajectory::Place;
 
 inline constexpr std::uint32_t kPointsPerTick = 8;  ///< that are taken
 /// Units of planning a tick; a unit is one step of one cell, or one point.
-inline constexpr std::uint32_t kUnitsPerTick = 36;
+inline constexpr std::uint32_t kUnitsPerTick = 34;
 
 /// A stretch of path time on one polynomial. What is read for each frame and each pulse comes from here: no look-up, no
 /// division, no root, no comparison. Valid until the next tick().
@@ -57,7 +57,11 @@ public:
     /// Begins a path (servo context); the one before is dropped. False: the spec is refused.
     [[nodiscard]] bool open(const trajectory::Spec& spec) noexcept;
     /// Point and end of the path, only while `wants_points()`.
-    void add(const Place& point, std::uint32_t item) noexcept;
+    void add(const Place& point, std::uint32_t item) noexcept { take({.place = point, .item = item}); }
+    /// A circular arc from the last point through `via` to `to`; not the first. See trajectory::Planner::add_arc.
+    void add_arc(const Place& via, const Place& to, std::uint32_t item) noexcept {
+        take({.place = to, .item = item, .arc = true, .via = via});
+    }
     void finish() noexcept;
     [[nodiscard]] bool wants_points() const noexcept;
     /// The path has ended without two distinct points, or a point was refused.
@@ -93,8 +97,8 @@ public:
     [[nodiscard]] bool can_continue() const noexcept { return stopped() && ready(); }
     /// All of a finished path is planned, and the law runs to its end.
     [[nodiscard]] bool complete() const noexcept { return complete_ && !rests_; }
-    /// The law ends at rest before the path's end.
-    [[nodiscard]] bool stopped() const noexcept { return rests_ && !backed_; }
+    /// The law ends at rest before the path's end, and no resume is under way.
+    [[nodiscard]] bool stopped() const noexcept { return rests_ && !resume_wanted_; }
     /// Path time at which the law ends, once complete() or stopped().
     [[nodiscard]] double end_time() const noexcept;
     /// Path time from which the law moves forward again after a resume; pulses before it are withheld.
@@ -114,8 +118,8 @@ public:
 
     /// Law about path time t. Only after ready().
     [[nodiscard]] Segment segment(double t, Cursor& cursor) const noexcept;
-    /// Nothing before path time t is read any more.
-    void forget_before(double t) noexcept;
+    /// Nothing before path time t is read any more, and a resume will be from `distance` or beyond.
+    void forget_before(double t, double distance) noexcept;
 
     /// For prints of the state.
     [[nodiscard]] const trajectory::Planner& planner() const noexcept { return planner_; }
@@ -145,6 +149,8 @@ private:
     [[nodiscard]] const Leg& leg(std::uint32_t i) const noexcept { return legs_[i % kLegs]; }
     [[nodiscard]] Leg& leg(std::uint32_t i) noexcept { return legs_[i % kLegs]; }
     [[nodiscard]] const Leg& newest() const noexcept { return leg(leg_end_ - 1); }
+    void take(const PathEnds::Point& point) noexcept;
+    [[nodiscard]] bool give_on(std::uint32_t& units) noexcept;
     void push(const Leg& added) noexcept;
     void take_points(std::uint32_t& units) noexcept;
     void choose() noexcept;
@@ -165,20 +171,19 @@ private:
     [[nodiscard]] double time_at_distance(double distance) const noexcept;
     [[nodiscard]] std::uint32_t pieces_between(std::uint32_t from, double until) const noexcept;
 
-    struct Point {
-        Place place{};
-        std::uint32_t item = 0;
-    };
-    std::array<Point, kPointsPerTick> pending_{};
+    std::array<PathEnds::Point, kPointsPerTick> pending_{};
     std::uint32_t pending_size_ = 0;
     std::uint32_t pending_taken_ = 0;
     bool end_pending_ = false;
+    bool last_pending_ = false;  ///< the run-out is being given on
     bool bad_ = false;
     bool open_ = false;
     std::uint32_t credit_ = 0;
     bool idle_ = true;  ///< nothing more can be done until the next tick
 
     PathEnds ends_;
+    PathEnds::Points given_;  ///< by it, and not yet taken by the planner
+    std::uint32_t given_taken_ = 0;
     trajectory::Retimer retimer_;
     std::array<trajectory::Vertex, kVertices> vertex_memory_;
     std::array<trajectory::Node, kNodes> node_memory_;
@@ -202,10 +207,11 @@ private:
     bool stop_wanted_ = false;
     bool resume_wanted_ = false;
     bool starved_ = false;
-    bool waits_ = false;     ///< the planner waited for points in the last tick
-    bool complete_ = false;  ///< the nominal trajectory is planned to the path's end
-    bool rests_ = false;     ///< the law ends at rest, now or later
-    bool backed_ = false;    ///< for the resume that is under way
+    bool waits_ = false;         ///< the planner waited for points in the last tick
+    bool complete_ = false;      ///< the nominal trajectory is planned to the path's end
+    bool rests_ = false;         ///< the law ends at rest, now or later
+    bool backed_ = false;        ///< for the resume that is under way
+    bool back_reaches_ = false;  ///< the way back under way is the last of them
     double rest_u_ = 0.0;
     double stop_time_ = 1e30;
     double rearm_time_ = 0.0;
@@ -217,7 +223,6 @@ private:
     std::uint32_t step_ = 0;    ///< of the ladder of spans
     std::uint32_t missed_ = 0;  ///< times that a change was not ready in time
     double go_rate_ = 1.0;
-    double back_share_ = 1.0;
     std::uint32_t made_begin_ = 0;
     /// States of the re-timed leg in force, so that another change can begin in its midst.
     std::array<trajectory::Rate, trajectory::Retimer::kNodes> rates_{};

@@ -6,7 +6,8 @@
 namespace sc::motion {
 namespace {
 
-constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
+constexpr double kOpenEnd = 1e29;           ///< s: the end of a leg that has none yet
+constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the reader
 
 }  // namespace
 
@@ -38,19 +39,27 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     while (k != last && ring[k + 1].start <= u) {
         ++k;
     }
+    const double scale = nominal ? now.slowness : 1.0;
+    const double u0 = nominal ? now.u0 : 0.0;
+    Segment s;
+    s.rate = nominal ? now.rate : 1.0;
+    while (true) {
+        s.t0 = now.begin + (ring[k].start - u0) * scale;
+        if (k == last) {
+            s.end = now.end < kOpenEnd ? now.end : s.t0 + ring[k].duration * scale;
+            break;
+        }
+        s.end = smaller(now.begin + (ring[k + 1].start - u0) * scale, now.end);
+        // Rounding must not give the same piece again at its own end.
+        if (t < s.end || s.end >= now.end) {
+            break;
+        }
+        ++k;
+    }
+    s.begin = larger(s.t0, now.begin);
     cursor.piece = k;
     const Piece& piece = ring[k];
-    Segment s;
     s.piece = &piece;
-    s.rate = nominal ? now.rate : 1.0;
-    s.t0 = nominal ? now.begin + (piece.start - now.u0) * now.slowness : now.begin + piece.start;
-    s.begin = larger(s.t0, now.begin);
-    if (k != last) {
-        const double next = ring[k + 1].start;
-        s.end = smaller(now.begin + (nominal ? (next - now.u0) * now.slowness : next), now.end);
-    } else {
-        s.end = now.end < kOpenEnd ? now.end : s.t0 + piece.duration * now.slowness;
-    }
     if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
         // Before the law begins, between two legs at rest, or behind its end.
         const bool after = t >= s.end;
@@ -66,7 +75,7 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     return s;
 }
 
-void PathMotion::forget_before(double t) noexcept {
+void PathMotion::forget_before(double t, double distance) noexcept {
     if (task_ != Task::none || !open_ || !ready()) {
         return;
     }
@@ -86,11 +95,11 @@ void PathMotion::forget_before(double t) noexcept {
         ++next;
     }
     made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
-    // Behind the reader the way of a run-in is kept, to back up.
-    const double keep = s.piece->distance[0] - 1.3 * ends_.run_in();
+    // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
+    const double keep = smaller(s.piece->distance[0], distance) - 1.3 * ends_.run_in();
     trajectory::Ring<Piece>& pieces = planner_.pieces();
     while (pieces.first() != cursor.piece &&
-           (pieces[pieces.first() + 1].distance[0] < keep || pieces.free() < 4 * trajectory::kPiecesAtOnce)) {
+           (pieces[pieces.first() + 1].distance[0] < keep || cursor.piece - pieces.first() > kMostBehind)) {
         pieces.forget_before(pieces.first() + 1);
     }
 }

@@ -10,6 +10,7 @@
 
 #include "host/formats/error.hpp"
 #include "host/path/curve.hpp"
+#include "shared/machine/galvo_field.hpp"
 
 namespace sc::host {
 
@@ -112,6 +113,12 @@ void check_field(const PlannedPath& path, const Vec3& end, const MachineConfig& 
             path, fmt::format("{}: leaves the galvo's field, run-in included", what(path)),
             fmt::format("{:.3f} mm from its centre", 1e3 * largest),
             fmt::format("make it smaller (the field is {:.3f} mm either way), or use actuator \"axes\"", 1e3 * half));
+    }
+    if (!(std::abs(offset.y) <= GalvoField::kDepthMost)) {
+        refuse_place(path, fmt::format("{}: its depth changes too much for the galvo", what(path)),
+                     fmt::format("{:.3f} mm from its centre", 1e3 * std::abs(offset.y)),
+                     fmt::format("keep y within {:.3f} mm of its centre, or use actuator \"axes\"",
+                                 1e3 * GalvoField::kDepthMost));
     }
 }
 

@@ -20,6 +20,8 @@ struct GalvoField {
     static constexpr std::size_t kNodes = kSide * kSide;
     /// Numbers of it all, in the order in which they pass over the link.
     static constexpr std::size_t kNumbers = 8 + 2 * kNodes;
+    /// |depth| stays within, metres: so far the solution by putting p in again is good (depth · slope of 0.1 and less).
+    static constexpr double kDepthMost = 10e-3;
 
     double half = 0.0;                      ///< 0: no correction
     std::array<double, 2> slope0{};         ///< (x, z) per metre of depth

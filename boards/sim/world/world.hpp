@@ -18,7 +18,7 @@ struct KnownError {
     std::string name;
     double value = 0.0;
     std::string unit;
-    std::string compensated_by;  ///< "calibration: axes", "calibration: galvo field", ...; "none"
+    std::string compensated_by;  ///< "calibration: axes", "calibration: galvo field", ...
 };
 
 /// Where light met the workpiece.

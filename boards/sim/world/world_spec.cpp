@@ -10,7 +10,6 @@ namespace sc::sim {
 namespace {
 
 constexpr double kDegree = kPi / 180.0;
-constexpr std::string_view kNone = "none";
 constexpr std::string_view kByAxes = "calibration: axes";
 constexpr std::string_view kByTable = "calibration: turntable axis";
 constexpr std::string_view kByMap = "calibration: axis map";

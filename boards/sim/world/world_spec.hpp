@@ -123,7 +123,7 @@ struct NumberKey {
     double max = 0.0;
     std::string name{};            ///< of the error, empty when it is none
     std::string unit{};            ///< as printed
-    std::string compensated_by{};  ///< what takes it out, "none" when nothing does
+    std::string compensated_by{};  ///< what takes it out
 };
 [[nodiscard]] const std::vector<NumberKey>& number_keys();
 

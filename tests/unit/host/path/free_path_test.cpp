@@ -178,6 +178,13 @@ TEST(FreePath, GalvoArcsMustFitTheField) {
     EXPECT_NEAR(plan.paths[0].centre.v.z, -0.40, 1e-12);
 }
 
+TEST(FreePath, TheGalvoReachesOnlySoMuchDepth) {
+    // The anchor lies midway: 21 mm of depth are 10.5 either way.
+    expect_says(refused(job_of({at(-260, -400, -300), at(-240, -400, -279)}, sample::galvo_settings())), "depth");
+    EXPECT_NO_THROW(
+        (void)sample::plan(job_of({at(-260, -400, -300), at(-240, -400, -281)}, sample::galvo_settings()), {}));
+}
+
 TEST(FreePath, APathJoinsItsFacesMarks) {
     Job job = sample::job();
     job.paths = job_of({at(-260, -400), at(-240, -390)}).paths;

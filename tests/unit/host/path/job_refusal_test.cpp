@@ -112,11 +112,11 @@ TEST(JobRefusal, FaceThatTheJobDoesNotHave) {
 
 TEST(JobRefusal, CrossLargerThanTheField) {
     Job job = sample::job();
-    job.cross->size = 39.9_mm;
+    job.cross->size = 109.9_mm;
     EXPECT_EQ(refused(job).file(), "sample/table.csv");
     EXPECT_EQ(refused(job).line(), 5);  // marker 4, nearest to home, comes first
     EXPECT_NE(refused(job).problem().find("field"), std::string::npos);
-    job.cross->size = 39.0_mm;
+    job.cross->size = 109.0_mm;
     EXPECT_NO_THROW((void)sample::plan(job, sample::table()));
 }
 

@@ -97,7 +97,7 @@ TEST(World, ListsItsErrorsInFileUnits) {
     EXPECT_EQ(find("axes.squareness_xz").compensated_by, "calibration: axes");
     EXPECT_EQ(find("turntable.axis_y").compensated_by, "calibration: turntable axis");
     EXPECT_EQ(find("turntable.runout").compensated_by, "calibration: axis map");
-    EXPECT_EQ(find("galvo.beam_tilt_x").compensated_by, "none");
+    EXPECT_EQ(find("galvo.beam_tilt_x").compensated_by, "calibration: galvo field");
     EXPECT_NEAR(find("axes.periodic.z_of_x").value, 0.9, 1e-9);
 }
 
