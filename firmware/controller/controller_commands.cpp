@@ -313,7 +313,7 @@ Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) no
         return {};
     }
     if (field_numbers_ == 0) {
-        runner_.set_galvo_field(GalvoField{});
+        runner_.drop_galvo_field();
         return {};
     }
     if (field_numbers_ != GalvoField::kNumbers || !sound(field_)) {

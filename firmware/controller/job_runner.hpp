@@ -61,8 +61,9 @@ public:
     void set_feed_override(std::uint8_t percent) noexcept;
     [[nodiscard]] std::uint8_t feed_override_percent() const noexcept { return feed_override_percent_; }
 
-    /// New field correction, in place of the compensation's matrix for the galvo; an empty one takes it away.
+    /// New field correction, in place of the compensation's matrix for the galvo; drop takes it away.
     void set_galvo_field(const GalvoField& field) noexcept { field_.set(field); }
+    void drop_galvo_field() noexcept { field_.drop(); }
 
     void start_job() noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.

@@ -52,8 +52,9 @@ class FieldMap {
 public:
     explicit FieldMap(const GalvoConfig& galvo) noexcept;
     void set(const Compensation& compensation) noexcept;
-    /// From now on this correction in place of Compensation's matrix; an empty one takes it away.
+    /// From now on this correction in place of Compensation's matrix; an empty one, or drop, takes it away.
     void set(const GalvoField& field) noexcept;
+    void drop() noexcept { field_.half = 0.0; }
 
     /// It is not affine: a patch serves for the frames near its place only.
     [[nodiscard]] bool curved() const noexcept { return !field_.empty(); }
