@@ -121,9 +121,10 @@ fs::path changed_calibration(const fs::path& folder, const std::string& from, co
 }
 
 TEST(Scribe, MissesItsFigureWithoutTheCompensationThatEarnsIt) {
+    const std::string galvo_offset = "offset_um = [35.398261515333864, -22.343300346235115]";
     const fs::path folder = fresh_folder();
     const std::vector<std::pair<std::string, std::string>> ablations{
-        {"offset_um = [34.2, -21.1]", "offset_um = [0.0, 0.0]"},
+        {galvo_offset + "\ngain", "offset_um = [0.0, 0.0]\ngain"},  // that of galvo_field, which the galvo goes by
         {"squareness_xz_mrad = -0.0813", "squareness_xz_mrad = 0.0"},
         {"squareness_xy_mrad = 0.1219", "squareness_xy_mrad = 0.0"},
     };
