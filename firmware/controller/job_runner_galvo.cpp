@@ -32,8 +32,10 @@ void put_frames(const motion::Segment& segment, const laser::FieldPatch& patch, 
     const trajectory::Quintic& path_x = segment.piece->axis[kX];
     [[maybe_unused]] const trajectory::Quintic& path_y = segment.piece->axis[kY];
     const trajectory::Quintic& path_z = segment.piece->axis[kZ];
+    const double begin = segment.x(t);
+    const double rate = period * segment.rate;
     for (GalvoFrame& frame : frames) {
-        const double at = segment.x(t + k * period);
+        const double at = begin + k * rate;
         const double x = trajectory::value(path_x, at) - anchor[kX];
         const double z = trajectory::value(path_z, at) - anchor[kZ];
         if constexpr (kDepth) {

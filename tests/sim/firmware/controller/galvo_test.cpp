@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -119,6 +122,72 @@ TEST(Controller, AppliesTheGalvoFieldAndNothingElseOfTheJobChanges) {
         ASSERT_NEAR(static_cast<double>(with[0] - without[0]), 20e6, 2.5e6) << i;
         ASSERT_NEAR(static_cast<double>(with[2] - without[2]), -30e6, 2.5e6) << i;
     }
+}
+
+/// A lens' distortion and lean, about as large as a real one's.
+GalvoField lens_field() {
+    GalvoField field = shifted_field(20e-6, -30e-6);
+    for (std::size_t i = 0; i < GalvoField::kNodes; ++i) {
+        double& x = field.node[2 * i];
+        double& z = field.node[2 * i + 1];
+        const double square = x * x + z * z;
+        x *= 1.0 + 4.0 * square;
+        z *= 1.0 - 3.0 * square;
+    }
+    field.slope = {6.0, 0.0, 0.0, 5.5};
+    field.bend = 3.0;
+    return field;
+}
+
+TEST(Controller, SendsTheWordsOfEachFramesPlaceAndDepth) {
+    constexpr double kDepthPerX = 0.1;
+    const auto point = [](double x_mm, double z_mm) {
+        const auto wire = [](double mm) { return static_cast<std::int32_t>(std::lround(mm * 1e5)); };
+        return PathPoint{wire(-250.0 + x_mm), wire(-319.0 + kDepthPerX * x_mm), wire(-390.0 + z_mm)};
+    };
+    PathBegin begin;
+    begin.actuator = Actuator::galvo;
+    begin.speed_um_s = 2'000'000;
+    begin.pitch_nm = 50'000;
+    begin.energy_nj = 300'000;
+    begin.tolerance_nm = 10'000;
+    begin.anchor_x = point(0.0, 0.0).x;
+    begin.anchor_y = point(0.0, 0.0).y;
+    begin.anchor_z = point(0.0, 0.0).z;
+    const std::vector<Item> items{
+        Turn{0},   begin,   point(-50.0, -50.0), point(-20.0, 45.0), point(40.0, 44.0), point(50, -50.0),
+        PathEnd{}, JobEnd{}};
+    CellRig::Options options;
+    options.machine.galvo.word = GalvoWord::bits18;
+    CellRig rig(options);
+    rig.connect();
+    ASSERT_EQ(send_field(rig, lens_field()), 0);
+    make_idle(rig);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::armed, 1000));
+    ASSERT_EQ(rig.open_job(items).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    laser::FieldMap map(options.machine.galvo);
+    map.set(lens_field());
+    const auto position = [](std::uint32_t word) { return static_cast<int>((word >> 1U) & 0x3FFFFU); };
+    int frames = 0;
+    int most = 0;
+    double largest = 0.0;
+    ASSERT_TRUE(rig.until([&] {
+        for (const GalvoFrame& frame : rig.cell().latest().galvo) {
+            const double x = static_cast<double>(frame.x_pm) * 1e-12;
+            const double z = static_cast<double>(frame.z_pm) * 1e-12;
+            const auto words = map.patch(x, z, kDepthPerX * x).words({x, z, kDepthPerX * x});
+            most = std::max({most, std::abs(position(words[0]) - position(frame.word_x)),
+                             std::abs(position(words[1]) - position(frame.word_z))});
+            frames += rig.state() == State::marking ? 1 : 0;
+            largest = std::max({largest, std::abs(x), std::abs(z)});
+        }
+        return (rig.status().flags & link::kFlagJobDone) != 0;
+    }));
+    EXPECT_GT(frames, 10'000);
+    EXPECT_GT(largest, 0.050);
+    EXPECT_LE(most, 1) << "a word is 0.47 um";
 }
 
 TEST(Controller, RefusesAGalvoFieldThatIsNoneOrComesOutOfOrder) {
