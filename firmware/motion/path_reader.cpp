@@ -76,7 +76,8 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
 }
 
 void PathMotion::forget_before(double t, double distance) noexcept {
-    if (task_ != Task::none || !open_ || !ready()) {
+    // A way back, or on from rest, is planned over what was passed.
+    if (resume_wanted_ || !open_ || !ready()) {
         return;
     }
     Cursor cursor;
@@ -85,21 +86,27 @@ void PathMotion::forget_before(double t, double distance) noexcept {
         ++leg_first_;
     }
     const Leg& now = leg(cursor.leg);
-    if (!now.nominal) {
+    trajectory::Ring<Piece>& pieces = planner_.pieces();
+    std::uint32_t at = cursor.piece;
+    if (now.nominal) {
+        // Re-timed legs that are still to come keep theirs, and so does what is being made.
+        std::uint32_t next = cursor.leg;
+        while (next != leg_end_ && leg(next).nominal) {
+            ++next;
+        }
+        const std::uint32_t made_end = task_ != Task::none ? made_begin_ : made_.end();
+        made_.forget_before(next == leg_end_ ? made_end : leg(next).first);
+    } else {
         made_.forget_before(cursor.piece);
-        return;
+        if (now.backward) {
+            return;
+        }
+        at = piece_at(now.u0);
     }
-    // Re-timed legs that are still to come keep theirs.
-    std::uint32_t next = cursor.leg;
-    while (next != leg_end_ && leg(next).nominal) {
-        ++next;
-    }
-    made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
     // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
     const double keep = smaller(s.piece->distance[0], distance) - 1.3 * ends_.run_in();
-    trajectory::Ring<Piece>& pieces = planner_.pieces();
-    while (pieces.first() != cursor.piece &&
-           (pieces[pieces.first() + 1].distance[0] < keep || cursor.piece - pieces.first() > kMostBehind)) {
+    while (pieces.first() != at &&
+           (pieces[pieces.first() + 1].distance[0] < keep || at - pieces.first() > kMostBehind)) {
         pieces.forget_before(pieces.first() + 1);
     }
 }
