@@ -141,6 +141,10 @@ private:
     };
     enum class Task : std::uint8_t { none, stop, rate, lift, back, go };
 
+    /// Spans that are tried for a change of rate, in shortest stops: the shorter ones fail where the nominal trajectory
+    /// itself takes all that the limits give.
+    static constexpr std::array<double, 7> kSpans{1.0, 1.3, 1.7, 2.3, 3.2, 4.5, 6.5};
+    static constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
     static constexpr std::uint32_t kLegs = 8;
     static constexpr std::uint32_t kVertices = 1024;
     static constexpr std::uint32_t kNodes = 256;

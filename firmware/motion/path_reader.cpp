@@ -77,7 +77,7 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
 
 void PathMotion::forget_before(double t, double distance) noexcept {
     // A way back, or on from rest, is planned over what was passed.
-    if (resume_wanted_ || !open_ || !ready()) {
+    if (task_ == Task::back || task_ == Task::go || !open_ || !ready()) {
         return;
     }
     Cursor cursor;
@@ -98,13 +98,15 @@ void PathMotion::forget_before(double t, double distance) noexcept {
         made_.forget_before(next == leg_end_ ? made_end : leg(next).first);
     } else {
         made_.forget_before(cursor.piece);
-        if (now.backward) {
+        if (now.backward && !backed_) {
             return;
         }
-        at = piece_at(now.u0);
+        at = piece_at(now.backward ? rest_u_ : now.u0);
     }
     // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
-    const double keep = smaller(s.piece->distance[0], distance) - 1.3 * ends_.run_in();
+    const double next = resume_wanted_ ? smaller(distance, resume_distance_) : distance;
+    const double keep =
+        !now.nominal && now.backward ? 1e30 : smaller(s.piece->distance[0], next) - 1.3 * ends_.run_in();
     while (pieces.first() != at &&
            (pieces[pieces.first() + 1].distance[0] < keep || at - pieces.first() > kMostBehind)) {
         pieces.forget_before(pieces.first() + 1);
