@@ -85,8 +85,8 @@ public:
     void request_stop() noexcept;
     /// From rest: back up dark by the run-in before `distance` (true distance of the next pulse), then on.
     void request_resume(double distance) noexcept;
-    /// Speed of the path as a share of the programmed one, 0.1 … 2. Above 1 the speed of what is not planned yet rises;
-    /// axis limits hold as ever.
+    /// Speed of the path as a share of the programmed one, 0.1 … 2. Above what the path was opened with, it is reached
+    /// where the axes' limits leave room.
     void set_override(double share) noexcept { override_ = share; }
 
     /// The path may begin: enough is planned that a stop can be planned at any later moment, or all is.
@@ -132,14 +132,19 @@ private:
         double begin = 0.0;
         double end = 1e30;
         bool nominal = true;
+        bool backward = false;
         double u0 = 0.0;  ///< nominal time at its begin
         double rate = 1.0;
         double slowness = 1.0;    ///< 1 / rate
         std::uint32_t first = 0;  ///< pieces of a re-timed leg
         std::uint32_t last = 0;
     };
-    enum class Task : std::uint8_t { none, stop, rate, back, go };
+    enum class Task : std::uint8_t { none, stop, rate, lift, back, go };
 
+    /// Spans that are tried for a change of rate, in shortest stops: the shorter ones fail where the nominal trajectory
+    /// itself takes all that the limits give.
+    static constexpr std::array<double, 7> kSpans{1.0, 1.3, 1.7, 2.3, 3.2, 4.5, 6.5};
+    static constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
     static constexpr std::uint32_t kLegs = 8;
     static constexpr std::uint32_t kVertices = 1024;
     static constexpr std::uint32_t kNodes = 256;
@@ -155,6 +160,8 @@ private:
     void take_points(std::uint32_t& units) noexcept;
     void choose() noexcept;
     void watch_supply() noexcept;
+    void begin_lift() noexcept;
+    [[nodiscard]] double place_change(double span, std::uint32_t most_pieces, trajectory::RateChange& change) noexcept;
     void choose_at_rest() noexcept;
     void begin_moving_task(Task task) noexcept;
     void begin_change(Task task, const trajectory::RateChange& change) noexcept;
@@ -165,8 +172,10 @@ private:
     void begin_back() noexcept;
     void begin_go() noexcept;
     [[nodiscard]] double wanted_rate() const noexcept;
+    [[nodiscard]] double wanted_lift() const noexcept;
     [[nodiscard]] double nominal_end() const noexcept;
     [[nodiscard]] double nominal_at(double t) const noexcept;
+    [[nodiscard]] double nominal_now() const noexcept;
     [[nodiscard]] std::uint32_t piece_at(double u) const noexcept;
     [[nodiscard]] double time_at_distance(double distance) const noexcept;
     [[nodiscard]] std::uint32_t pieces_between(std::uint32_t from, double until) const noexcept;
@@ -228,6 +237,8 @@ private:
     std::array<trajectory::Rate, trajectory::Retimer::kNodes> rates_{};
     std::uint32_t rates_size_ = 0;
     double rates_begin_ = 0.0;
+    double lift_ = 1.0;        ///< the greatest rate of the leg in force
+    double lift_after_ = 0.0;  ///< path time before which no further lift is tried
 };
 
 }  // namespace sc::motion
