@@ -222,8 +222,8 @@ GalvoFieldOutcome run_galvo_field(const GalvoFieldOptions& options) {
     const CalibrationSet set =
         read_calibration(options.calibration.value_or(in_project("examples/ras3dm/calibration.toml")));
     const RunFolder folder(options.out);
-    std::filesystem::path plan = options.plan.value_or(folder.path() / "plan.csv");
-    std::filesystem::path measured = options.measured.value_or(folder.path() / "measured.csv");
+    const std::filesystem::path plan = options.plan.value_or(folder.path() / "plan.csv");
+    const std::filesystem::path measured = options.measured.value_or(folder.path() / "measured.csv");
     GalvoFieldOutcome outcome;
     if (!options.measured) {
         burn_plate(options, set, folder.path());
