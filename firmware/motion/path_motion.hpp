@@ -164,6 +164,11 @@ private:
     [[nodiscard]] double place_change(double span, std::uint32_t most_pieces, trajectory::RateChange& change) noexcept;
     void choose_at_rest() noexcept;
     void begin_moving_task(Task task) noexcept;
+    /// The ladder of spans begins anew for another task.
+    void climb_for(Task task) noexcept {
+        step_ = ladder_ == task ? step_ : 0;
+        ladder_ = task;
+    }
     void begin_change(Task task, const trajectory::RateChange& change) noexcept;
     void publish() noexcept;
     void give_up() noexcept;
@@ -175,6 +180,7 @@ private:
     [[nodiscard]] double wanted_lift() const noexcept;
     [[nodiscard]] double nominal_end() const noexcept;
     [[nodiscard]] double nominal_at(double t) const noexcept;
+    [[nodiscard]] std::uint32_t leg_at(double t, std::uint32_t i) const noexcept;
     [[nodiscard]] double nominal_now() const noexcept;
     [[nodiscard]] std::uint32_t piece_at(double u) const noexcept;
     [[nodiscard]] double time_at_distance(double distance) const noexcept;
@@ -229,7 +235,8 @@ private:
     Task task_ = Task::none;
     double task_begin_ = 0.0;  ///< path time at which a change from motion begins
     trajectory::RateChange change_;
-    std::uint32_t step_ = 0;    ///< of the ladder of spans
+    std::uint32_t step_ = 0;    ///< of the ladder of spans …
+    Task ladder_ = Task::none;  ///< … of this task
     std::uint32_t missed_ = 0;  ///< times that a change was not ready in time
     double go_rate_ = 1.0;
     std::uint32_t made_begin_ = 0;
