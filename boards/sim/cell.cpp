@@ -27,7 +27,9 @@ bool at_rest(State state) {
         case State::arming:
         case State::running:
         case State::marking:
-        case State::stopping: return false;
+        case State::stopping:
+        case State::previewing:
+        case State::preview_stopping: return false;
     }
     return false;
 }
@@ -143,6 +145,7 @@ CellReport SimCell::report() const {
     report.pulses = plant_.pulses();
     report.last_pulse_ns = plant_.last_pulse_ns();
     report.laser = plant_.laser_counters();
+    report.beam = plant_.beam_counters();
     report.galvo_words_dropped = plant_.galvo_words_dropped();
     report.command_trace_sha256 = traces_.command_sha256();
     report.script_events = plant_.fault_records();

@@ -43,6 +43,8 @@ Json errors_json(const std::vector<KnownError>& errors) {
     return list;
 }
 
+double seconds_of(std::int64_t ns) { return static_cast<double>(ns) * 1e-9; }
+
 Json max_json(const InstructionMax& most) { return {{"count", most.count}, {"tick", most.tick}}; }
 
 Json instructions_json(const InstructionFigures& figures) {
@@ -86,6 +88,11 @@ std::string to_json(const CellReport& report) {
                     {"pulses_cut", report.laser.cut},
                     {"pulses_out_of_rate", report.laser.out_of_rate},
                     {"pulses_disordered", report.laser.disordered},
+                    {"pulses_shuttered", report.beam.shuttered},
+                    {"master_oscillator_seconds", seconds_of(report.beam.master_oscillator_ns)},
+                    {"gate_seconds", seconds_of(report.beam.gate_ns)},
+                    {"shutter_seconds", seconds_of(report.beam.shutter_ns)},
+                    {"guide_seconds", seconds_of(report.beam.guide_ns)},
                     {"galvo_words_dropped", report.galvo_words_dropped},
                     {"script_events", events_json(report.script_events)},
                     {"errors", errors_json(report.errors)}};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "boards/sim/board_figures.hpp"
+#include "boards/sim/plant/cell_plant.hpp"
 #include "boards/sim/plant/fault_player.hpp"
 #include "boards/sim/plant/laser.hpp"
 #include "boards/sim/world/world.hpp"
@@ -24,6 +25,7 @@ struct CellReport {
     std::uint64_t pulses = 0;
     std::int64_t last_pulse_ns = -1;
     LaserCounters laser;
+    BeamCounters beam;
     std::uint64_t galvo_words_dropped = 0;
     std::string command_trace_sha256;
     std::string board;  ///< where the controller ran

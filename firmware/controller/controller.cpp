@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/controller.hpp"
 
+#include "shared/machine/source_status.hpp"
+
 namespace sc {
 namespace {
 
@@ -24,6 +26,7 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id) noex
       link_(machine, boot_id),
       drives_(machine_),
       mo_(machine.laser.mo_wait_ns, machine.control_period_ns),
+      shutter_(machine.laser.shutter_time_ns, machine.control_period_ns),
       following_(machine_),
       head_(machine.galvo),
       runner_(machine) {}
@@ -68,29 +71,9 @@ void Controller::advance_states() noexcept {
             }
             break;
         case State::running:
-        case State::marking:
-            if (runner_.refusal().refusal != Refusal::none || link_.job_refusal() != Refusal::none) {
-                const ItemRefusal& refusal = runner_.refusal();
-                if (refusal.refusal != Refusal::none) {
-                    link_.refuse_item(refusal.item, refusal.refusal, refusal.axis, refusal.value);
-                }
-                (void)abort();
-            } else if (runner_.starved()) {
-                if (supervisor_.post(Event::starved)) {
-                    stop_reason_ = Event::starved;
-                    ++starvations_;
-                }
-            } else if (state() == State::running && runner_.on_path()) {
-                (void)supervisor_.post(Event::path_begin);
-            } else if (state() == State::marking && !runner_.on_path()) {
-                (void)supervisor_.post(Event::path_end);
-            } else if (state() == State::running && runner_.job_done()) {
-                (void)supervisor_.post(Event::job_done);
-                job_done_ = true;
-                close_job();
-                runner_.drop();
-            }
-            break;
+        case State::marking: advance_job(); break;
+        case State::previewing:
+        case State::preview_stopping: advance_preview(); break;
         case State::stopping: advance_stop(); break;
         case State::held:
             // Held for want of points, and they have come. A hold by the operator waits for him.
@@ -111,6 +94,73 @@ void Controller::advance_states() noexcept {
     }
 }
 
+void Controller::advance_job() noexcept {
+    if (drop_refused()) {
+        return;
+    }
+    if (runner_.starved()) {
+        if (supervisor_.post(Event::starved)) {
+            stop_reason_ = Event::starved;
+            ++starvations_;
+        }
+    } else if (state() == State::running && runner_.on_path()) {
+        (void)supervisor_.post(Event::path_begin);
+    } else if (state() == State::marking && !runner_.on_path()) {
+        (void)supervisor_.post(Event::path_end);
+    } else if (state() == State::running && runner_.job_done()) {
+        (void)supervisor_.post(Event::job_done);
+        end_job();
+    }
+}
+
+void Controller::advance_preview() noexcept {
+    if (state() == State::preview_stopping) {
+        if (runner_.at_rest()) {
+            drop_aborted();
+            (void)supervisor_.post(Event::preview_stopped);
+        }
+    } else if (drop_refused()) {
+        return;
+    } else if (runner_.starved()) {
+        // Nothing burns, so it simply goes on when points have come.
+        if (runner_.at_rest() && runner_.can_continue()) {
+            ++starvations_;
+            runner_.resume();
+        }
+    } else if (runner_.job_done()) {
+        (void)supervisor_.post(Event::preview_done);
+        end_job();
+    }
+}
+
+/// An item of the job was refused: the job ends as by an abort.
+bool Controller::drop_refused() noexcept {
+    const ItemRefusal& refusal = runner_.refusal();
+    if (refusal.refusal == Refusal::none && link_.job_refusal() == Refusal::none) {
+        return false;
+    }
+    if (refusal.refusal != Refusal::none) {
+        link_.refuse_item(refusal.item, refusal.refusal, refusal.axis, refusal.value);
+    }
+    (void)abort();
+    return true;
+}
+
+void Controller::end_job() noexcept {
+    job_done_ = true;
+    close_job();
+    runner_.drop();
+}
+
+/// At rest after an abort. A refused job stays open on the link, so that its refusal is repeated.
+void Controller::drop_aborted() noexcept {
+    if (link_.job_refusal() == Refusal::none) {
+        close_job();
+    }
+    job_open_ = false;
+    runner_.drop();
+}
+
 void Controller::close_job() noexcept {
     link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
     link_.close_job();
@@ -122,11 +172,7 @@ void Controller::advance_stop() noexcept {
         return;
     }
     if (stop_reason_ == Event::abort) {
-        if (link_.job_refusal() == Refusal::none) {
-            close_job();
-        }
-        job_open_ = false;  // a refused job stays open on the link, so that its refusal is repeated
-        runner_.drop();
+        drop_aborted();
         (void)supervisor_.post(Event::stopped_abort);
     } else if (stop_reason_ == Event::link_silent) {
         (void)supervisor_.post(Event::stopped_link);
@@ -143,8 +189,10 @@ void Controller::gate(const ServoInputs& in, ServoOutputs& out) noexcept {
         context.mark_segment = runner_.on_path() && !suspicion_;
         context.mo_ready = mo_.ready();
         context.interlocks_closed = in.digital.estop_closed && in.digital.interlock_closed;
-        context.laser_healthy = in.digital.laser_ready && in.digital.laser_no_alarm;
+        context.laser_healthy = laser_healthy(in.digital);
         context.galvo_healthy = in.galvo_status == kGalvoStatusOk;
+        context.shutter_open = shutter_.proven_open();
+        context.key_production = key_mode(in.digital) == KeyMode::production;
         context.faults = supervisor_.faults();
         context.path_speed = Speed::from_si(runner_.pulse_speed() * 1.001);
         context.path_speed_min = machine_.laser.mark_speed_min;
@@ -164,6 +212,16 @@ void Controller::gate(const ServoInputs& in, ServoOutputs& out) noexcept {
     }
     out.cancel_laser = cancel_ || state() == State::fault;
     cancel_ = false;
+}
+
+void Controller::lines(ServoOutputs& out) noexcept {
+    shutter_open_ = safety::shutter_state(state());
+    out.digital.master_oscillator = mo_.on();
+    out.digital.shutter_open = shutter_open_;
+    out.digital.guide_laser = safety::guide_state(state()) && runner_.on_line();
+    out.digital.light_red = state() == State::fault;
+    out.digital.light_yellow = safety::mo_state(state());
+    out.digital.light_green = state() == State::idle || state() == State::armed;
 }
 
 void Controller::follow_drives() noexcept {
@@ -215,9 +273,10 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     if (!arming) {
         head_.restart();
     }
-    // Light may come only after its warning, and only through a head that is there.
+    // Light may come only after its warning, through a head that is there, and once the shutter has proven that it
+    // obeys: it opens during the warning, while there is nothing to let through.
     const bool warned = warned_ticks_ * machine_.control_period_ns > machine_.laser.warning_ns;
-    mo_.step(state(), !arming || (warned && head_.proven()));
+    mo_.step(state(), !arming || (warned && head_.proven() && shutter_.proven_open()));
 
     const AxisPositions before = runner_.set_point();
     if (!runner_.step(in.tick, link_.items(), state() == State::marking, out)) {
@@ -231,6 +290,7 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     }
     watch_set_points(before, in.tick);
     gate(in, out);
+    lines(out);
     drive(in, out);
     report(in, out);
 }
@@ -264,6 +324,10 @@ void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
         flag(mo_.on(), link::kFlagMasterOscillator);
         flag(out.laser_size > 0, link::kFlagGateOpen);
         flag(job_done_, link::kFlagJobDone);
+        flag(out.digital.guide_laser, link::kFlagGuideLaser);
+        flag(shutter_reads_open(in.digital), link::kFlagShutterOpen);
+        status.key = static_cast<std::uint8_t>(key_mode(in.digital));
+        status.source = static_cast<std::uint8_t>(source_state(machine_.laser.source, in.digital.source_status));
         for (std::size_t i = 0; i < kAxisCount; ++i) {
             status.actual[i] = static_cast<std::int32_t>(drives_seen_.axis[i].actual / kPmPerWireUnit);
         }
@@ -275,10 +339,6 @@ void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
     }
     out.link_tx_size = link_.transmit(out.link_tx);
     out.set_point = runner_.set_point();
-    out.digital.master_oscillator = mo_.on();
-    out.digital.light_red = now == State::fault;
-    out.digital.light_yellow = safety::mo_state(now);
-    out.digital.light_green = now == State::idle || now == State::armed;
     out.state = static_cast<std::uint8_t>(now);
     out.faults = supervisor_.faults();
 }

@@ -10,6 +10,7 @@
 #include "firmware/laser/head_proof.hpp"
 #include "firmware/link/endpoint.hpp"
 #include "firmware/safety/laser_rule.hpp"
+#include "firmware/safety/shutter_watch.hpp"
 #include "firmware/safety/supervisor.hpp"
 #include "firmware/safety/watch.hpp"
 #include "shared/machine/machine.hpp"
@@ -54,6 +55,9 @@ private:
     [[nodiscard]] Verdict decide(const link::Command& command, const ServoInputs& in) noexcept;
     [[nodiscard]] Verdict post(safety::Event event) noexcept;
     [[nodiscard]] Verdict arm(const ServoInputs& in) noexcept;
+    [[nodiscard]] Verdict preview(const ServoInputs& in) noexcept;
+    [[nodiscard]] Verdict start(safety::Event event, bool preview) noexcept;
+    [[nodiscard]] bool laser_healthy(const DigitalInputs& in) const noexcept;
     [[nodiscard]] Verdict jog(const link::Command& command) noexcept;
     [[nodiscard]] Verdict abort() noexcept;
     [[nodiscard]] Verdict open(const link::JobOpen& job) noexcept;
@@ -67,6 +71,8 @@ private:
     [[nodiscard]] Verdict set_map(const link::SetMap& message) noexcept;
 
     void watch_inputs(const ServoInputs& in) noexcept;
+    void watch_beam(const ServoInputs& in) noexcept;
+    void watch_source(const ServoInputs& in) noexcept;
     void watch_drives(const ServoInputs& in) noexcept;
     void watch_link(const ServoInputs& in) noexcept;
     void watch_set_points(const AxisPositions& before, std::int64_t tick) noexcept;
@@ -75,9 +81,15 @@ private:
     void try_reset(const ServoInputs& in) noexcept;
 
     void advance_states() noexcept;
+    void advance_job() noexcept;
+    void advance_preview() noexcept;
+    [[nodiscard]] bool drop_refused() noexcept;
+    void end_job() noexcept;
     void advance_stop() noexcept;
+    void drop_aborted() noexcept;
     void close_job() noexcept;
     void gate(const ServoInputs& in, ServoOutputs& out) noexcept;
+    void lines(ServoOutputs& out) noexcept;
     void drive(const ServoInputs& in, ServoOutputs& out) noexcept;
     void follow_drives() noexcept;
     void report(const ServoInputs& in, ServoOutputs& out) noexcept;
@@ -88,6 +100,8 @@ private:
     drives::DriveMaster drives_;
     safety::Supervisor supervisor_;
     safety::MoSequencer mo_;
+    safety::ShutterWatch shutter_;
+    bool shutter_open_ = false;  ///< the command that is in force
     safety::FollowingWatch following_;
     laser::HeadProof head_;
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on

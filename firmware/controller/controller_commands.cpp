@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/controller.hpp"
+#include "shared/machine/source_status.hpp"
 #include "shared/math/scalar.hpp"
 
 namespace sc {
@@ -92,17 +93,8 @@ Controller::Verdict Controller::decide(const link::Command& command, const Servo
             return post(Event::home);
         case link::Verb::arm: return arm(in);
         case link::Verb::disarm: return post(Event::disarm);
-        case link::Verb::start: {
-            if (!job_open_) {
-                return {Refusal::job_mismatch, 0};
-            }
-            const Verdict verdict = post(Event::start);
-            if (verdict.refusal == Refusal::none) {
-                job_done_ = false;
-                runner_.start_job();
-            }
-            return verdict;
-        }
+        case link::Verb::start: return start(Event::start, false);
+        case link::Verb::preview: return preview(in);
         case link::Verb::hold: {
             const Verdict verdict = post(Event::hold);
             if (verdict.refusal == Refusal::none) {
@@ -141,9 +133,44 @@ Controller::Verdict Controller::set_override(const link::Command& command) noexc
     return {};
 }
 
+Controller::Verdict Controller::start(Event event, bool preview) noexcept {
+    if (!job_open_) {
+        return {Refusal::job_mismatch, 0};
+    }
+    const Verdict verdict = post(event);
+    if (verdict.refusal == Refusal::none) {
+        job_done_ = false;
+        runner_.start_job(preview);
+    }
+    return verdict;
+}
+
+/// With the key at setup the enclosure may be open: that is what one looks through.
+Controller::Verdict Controller::preview(const ServoInputs& in) noexcept {
+    if (!supervisor_.allowed(Event::preview)) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (!homed()) {
+        return {Refusal::not_homed, 0};
+    }
+    if (key_mode(in.digital) == KeyMode::off) {
+        return {Refusal::key_off, 0};
+    }
+    if (!in.digital.interlock_closed && key_mode(in.digital) != KeyMode::setup) {
+        return {Refusal::interlock_open, 0};
+    }
+    if (machine_.galvo.convention == GalvoConvention::unset) {
+        return {Refusal::galvo_convention_unset, 0};
+    }
+    return start(Event::preview, true);
+}
+
 Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {
     if (!supervisor_.allowed(Event::arm)) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (key_mode(in.digital) != KeyMode::production) {
+        return {Refusal::key_not_production, static_cast<std::int64_t>(key_mode(in.digital))};
     }
     if (!homed()) {
         return {Refusal::not_homed, 0};
@@ -154,8 +181,9 @@ Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {
     if (!in.digital.interlock_closed) {
         return {Refusal::interlock_open, 0};
     }
-    if (!in.digital.laser_ready || !in.digital.laser_no_alarm) {
-        return {Refusal::laser_not_ready, 0};
+    if (!laser_healthy(in.digital)) {
+        return {Refusal::laser_not_ready,
+                static_cast<std::int64_t>(source_state(machine_.laser.source, in.digital.source_status))};
     }
     if (machine_.galvo.convention == GalvoConvention::unset) {
         return {Refusal::galvo_convention_unset, 0};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/controller.hpp"
+#include "shared/machine/source_status.hpp"
 
 namespace sc {
 namespace {
@@ -29,12 +30,11 @@ void Controller::watch_inputs(const ServoInputs& in) noexcept {
     if (safety::powered_state(state()) && (!in.digital.estop_closed || seen(GuardCause::estop))) {
         trip(Fault::estop_open, safety::kNoAxis, in.tick);
     }
+    watch_beam(in);
+    watch_source(in);
     if (safety::mo_state(state())) {
         if (!in.digital.interlock_closed || seen(GuardCause::interlock)) {
             trip(Fault::interlock_open, safety::kNoAxis, in.tick);
-        }
-        if (!in.digital.laser_ready || !in.digital.laser_no_alarm || seen(GuardCause::laser_alarm)) {
-            trip(Fault::laser_alarm, safety::kNoAxis, in.tick);
         }
         // A mirror on its way does not acknowledge; while marking it must.
         const bool head =
@@ -48,6 +48,46 @@ void Controller::watch_inputs(const ServoInputs& in) noexcept {
     }
     if (!safety::arithmetic_state_is_right()) {
         trip(Fault::arithmetic_state, safety::kNoAxis, in.tick);
+    }
+}
+
+/// The shutter, and the key that allows the beam.
+void Controller::watch_beam(const ServoInputs& in) noexcept {
+    const auto seen = [&](GuardCause cause) noexcept {
+        return (in.guard_causes & static_cast<std::uint8_t>(cause)) != 0;
+    };
+    const KeyMode key = key_mode(in.digital);
+    const bool wrong = shutter_.wrong(shutter_open_, in.digital);
+    if (state() != State::boot && (wrong || (safety::mo_state(state()) && seen(GuardCause::shutter)))) {
+        trip(Fault::shutter, safety::kNoAxis, in.tick);
+    }
+    if (safety::mo_state(state()) && (key != KeyMode::production || seen(GuardCause::key))) {
+        trip(Fault::key_turned, safety::kNoAxis, in.tick);
+    }
+    if (state() == State::previewing) {
+        if (key == KeyMode::off) {
+            (void)abort();
+        } else if (key == KeyMode::production && !in.digital.interlock_closed) {
+            trip(Fault::interlock_open, safety::kNoAxis, in.tick);
+        }
+    }
+}
+
+bool Controller::laser_healthy(const DigitalInputs& in) const noexcept {
+    return in.laser_ready && in.laser_no_alarm && may_emit(source_state(machine_.laser.source, in.source_status));
+}
+
+/// The source's own word where it has one, else that it is not well.
+void Controller::watch_source(const ServoInputs& in) noexcept {
+    if (!safety::mo_state(state())) {
+        return;
+    }
+    const Fault alarm = fault_of(source_state(machine_.laser.source, in.digital.source_status));
+    if (alarm != Fault::none) {
+        trip(alarm, safety::kNoAxis, in.tick);
+    } else if (!laser_healthy(in.digital) ||
+               (in.guard_causes & static_cast<std::uint8_t>(GuardCause::laser_alarm)) != 0) {
+        trip(Fault::laser_alarm, safety::kNoAxis, in.tick);
     }
 }
 
@@ -114,6 +154,10 @@ void Controller::watch_link(const ServoInputs& in) noexcept {
             }
             break;
         case State::held: (void)supervisor_.post(Event::link_silent); break;
+        case State::previewing:
+            runner_.request_stop();
+            (void)supervisor_.post(Event::link_silent);
+            break;
         case State::held_link:
             if ((in.tick - silent_since_) * machine_.control_period_ns >= machine_.held_link_timeout_ns) {
                 trip(Fault::link_lost, safety::kNoAxis, in.tick);
@@ -131,6 +175,7 @@ void Controller::watch_link(const ServoInputs& in) noexcept {
         case State::enabling:
         case State::idle:
         case State::disabling:
+        case State::preview_stopping:
         case State::fault: break;
     }
 }
@@ -155,7 +200,10 @@ std::uint64_t Controller::present_faults(const ServoInputs& in) const noexcept {
     add(!in.digital.estop_closed, Fault::estop_open);
     add((supervisor_.faults() & fault_bit(Fault::interlock_open)) != 0 && !in.digital.interlock_closed,
         Fault::interlock_open);
-    add(!in.digital.laser_ready || !in.digital.laser_no_alarm, Fault::laser_alarm);
+    const Fault alarm = fault_of(source_state(machine_.laser.source, in.digital.source_status));
+    add(alarm != Fault::none, alarm);
+    add(alarm == Fault::none && !laser_healthy(in.digital), Fault::laser_alarm);
+    add(!shutter_.agrees(), Fault::shutter);
     add(!galvo_healthy(in.galvo_status), Fault::galvo_not_ready);
     for (const drives::AxisStatus& axis : drives_seen_.axis) {
         add(axis.fault, Fault::drive_fault);

@@ -73,15 +73,16 @@ void JobRunner::set_retreat() noexcept {
     machine_.y_retracted = Length::from_si(y_retracted_ + geometry_.y_shortfall(y_retracted_));
 }
 
-void JobRunner::start_job() noexcept {
+void JobRunner::start_job(bool preview) noexcept {
     drop();
+    preview_ = preview;
     phase_ = Phase::next_item;
 }
 
 void JobRunner::drop() noexcept {
     (void)motion_.open({});
     phase_ = Phase::idle;
-    stopping_ = waiting_ = path_closed_ = false;
+    stopping_ = waiting_ = path_closed_ = preview_ = false;
     refusal_ = {};
     limited_by_ = LimitedBy::none;
     items_taken_ = planned_ = fired_ = 0;
@@ -226,6 +227,14 @@ void JobRunner::place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out
     }
 }
 
+void JobRunner::trace_line(double t) noexcept {
+    motion::Cursor cursor;
+    const motion::Segment segment = motion_.segment(t, cursor);
+    const double distance = value(segment.piece->distance, segment.x(t));
+    traced_ = larger(traced_, distance);
+    on_line_ = distance >= motion_.mark_begin() && distance <= motion_.mark_end();
+}
+
 void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     const std::int64_t since = tick_ - phase_tick_;
     if (since < 0) {
@@ -243,9 +252,13 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
         rest_ticks_ = 0;
         galvo_still(out);
     }
-    place_pulses(since * machine_.control_period_ns, may_mark, out);
     const double lag = exact_double(light_lag_ns()) * 1e-9;
-    motion_.forget_before(t - lag - seconds(2), placer_.next_distance(motion_));
+    if (preview_) {
+        trace_line(larger(t - lag, 0.0));
+    } else {
+        place_pulses(since * machine_.control_period_ns, may_mark, out);
+    }
+    motion_.forget_before(t - lag - seconds(2), next_distance());
     const bool drained = t > motion_.end_time() + lag + seconds(kDrainTicks);
     if (motion_.stopped() && drained) {
         at_rest_ = true;
@@ -266,6 +279,9 @@ double JobRunner::override_share() noexcept {
     const double speed = static_cast<double>(path_.speed_um_s) * 1e-6;
     const double fastest = static_cast<double>(path_.pitch_nm) * 1e-9 * machine_.laser.prr_nominal.si();
     const double slowest = machine_.laser.mark_speed_min.si();
+    if (preview_) {
+        return smaller(wanted, 1.0);
+    }
     const double share = larger(smaller(wanted * speed, fastest), smaller(speed, 1.01 * slowest));
     rate_held_ = wanted * speed > fastest;
     return speed > 0.0 ? share / speed : 1.0;
@@ -321,7 +337,7 @@ void JobRunner::resume() noexcept {
         case Phase::jump: begin_jump(); break;
         case Phase::path:
             if (motion_.stopped()) {
-                motion_.request_resume(placer_.next_distance(motion_));
+                motion_.request_resume(next_distance());
             }
             break;
         case Phase::idle:
@@ -337,6 +353,7 @@ void JobRunner::resume() noexcept {
 bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOutputs& out) noexcept {
     tick_ = tick;
     pulse_speed_ = 0.0;
+    on_line_ = false;
     waiting_ = false;
     at_rest_ = false;
     if (rest_ticks_ < 1'000'000) {

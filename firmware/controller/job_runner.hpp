@@ -65,7 +65,8 @@ public:
     void set_galvo_field(const GalvoField& field) noexcept { field_.set(field); }
     void drop_galvo_field() noexcept { field_.drop(); }
 
-    void start_job() noexcept;
+    /// `preview`: no pulses, and paths no faster than the guide laser may go.
+    void start_job(bool preview = false) noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
     void start_jog(Axis axis, double distance, double speed) noexcept;
     /// Jerk-limited stop of whatever moves. `at_rest()` tells when.
@@ -82,6 +83,8 @@ public:
     [[nodiscard]] bool at_rest() const noexcept { return at_rest_; }
     /// On a path, from the start of its run-in to the last pulse's light.
     [[nodiscard]] bool on_path() const noexcept { return phase_ == Phase::path && !stopping_; }
+    /// In a preview: the beam's place lies between the path's first and last pulse.
+    [[nodiscard]] bool on_line() const noexcept { return on_line_; }
     [[nodiscard]] bool job_done() const noexcept { return phase_ == Phase::done; }
     [[nodiscard]] bool idle() const noexcept { return phase_ == Phase::idle; }
     /// Stopped by itself for want of points; and whether enough has come to go on.
@@ -133,6 +136,9 @@ private:
     void move_done() noexcept;
     void path_step(bool may_mark, ServoOutputs& out) noexcept;
     void place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept;
+    void trace_line(double t) noexcept;
+    /// Distance along the path of what is to be done next.
+    [[nodiscard]] double next_distance() const noexcept { return preview_ ? traced_ : placer_.next_distance(motion_); }
     void finish_path() noexcept;
     /// The override in force on this path, as the pulses allow it.
     [[nodiscard]] double override_share() noexcept;
@@ -184,6 +190,9 @@ private:
     LimitedBy limited_by_ = LimitedBy::none;
     double pulse_speed_ = 0.0;
     double jog_speed_ = 0.0;
+    bool preview_ = false;
+    bool on_line_ = false;
+    double traced_ = 0.0;  ///< distance along the path up to which the guide laser has gone
     std::uint8_t feed_override_percent_ = 100;
     motion::Cursor cursor_;
 };

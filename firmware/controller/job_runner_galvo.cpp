@@ -14,8 +14,6 @@ constexpr std::size_t kX = index(Axis::x);
 constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
 
-double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / kWireUnitsPerMetre; }
-
 // Inlined into the loops over a tick's frames: a call costs a fifth of it.
 [[gnu::always_inline]] inline void put_frame(GalvoFrame& frame, double x, double z,
                                              const std::array<std::uint32_t, 2>& words) noexcept {

@@ -97,6 +97,10 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     if (begin.actuator == Actuator::galvo) {
         (void)in_travel({metres(begin.anchor_x), metres(begin.anchor_y), metres(begin.anchor_z), place_[kC]}, item);
     }
+    if (preview_) {
+        spec.speed = smaller(spec.speed, machine_.laser.guide_speed_max.si());
+    }
+    traced_ = 0.0;
     placer_.open(pulses);
     motion_.set_override(override_share());
     if (!motion_.open(spec)) {

@@ -36,15 +36,34 @@ struct DigitalInputs {
     bool interlock_closed = false;
     bool laser_ready = false;  ///< source: supplies and temperature are good
     bool laser_no_alarm = false;
+    bool shutter_open = false;       ///< end switch of the beam's shutter: the beam may pass
+    bool shutter_closed = false;     ///< its other end switch: the beam is blocked
+    bool key_setup = false;          ///< contact of the key switch; no contact, and both, mean off
+    bool key_production = false;     ///< its other contact
+    std::uint8_t source_status = 0;  ///< pins 11, 12, 16, 21 of a type-D source, from bit 0 on (source_status.hpp)
     bool operator==(const DigitalInputs&) const noexcept = default;
 };
 
+/// What the key allows: nothing, the guide laser alone, everything.
+enum class KeyMode : std::uint8_t { off = 0, setup = 1, production = 2 };
+[[nodiscard]] constexpr KeyMode key_mode(const DigitalInputs& in) noexcept {
+    if (in.key_setup == in.key_production) {
+        return KeyMode::off;
+    }
+    return in.key_production ? KeyMode::production : KeyMode::setup;
+}
+/// Both end switches say that the shutter is open.
+[[nodiscard]] constexpr bool shutter_reads_open(const DigitalInputs& in) noexcept {
+    return in.shutter_open && !in.shutter_closed;
+}
+
 struct DigitalOutputs {
     bool master_oscillator = false;  ///< MO / EE
-    bool guide_laser = false;
+    bool guide_laser = false;        ///< visible; joins the beam behind the shutter
     bool light_red = false;
     bool light_yellow = false;
     bool light_green = false;
+    bool shutter_open = false;  ///< opens the beam's shutter; without it a spring shuts it
     bool operator==(const DigitalOutputs&) const noexcept = default;
 };
 
@@ -59,7 +78,15 @@ inline constexpr std::uint16_t kGalvoAckZ = 0x1010;
 }
 
 /// Why the guard shut the gate; a bit set, 0 = open.
-enum class GuardCause : std::uint8_t { none = 0, estop = 1, interlock = 2, laser_alarm = 4, galvo = 8 };
+enum class GuardCause : std::uint8_t {
+    none = 0,
+    estop = 1,
+    interlock = 2,
+    laser_alarm = 4,
+    galvo = 8,
+    shutter = 16,
+    key = 32
+};
 
 struct ServoInputs {
     std::int64_t tick = 0;
@@ -125,6 +152,7 @@ struct GuardInputs {
     DigitalInputs digital;
     std::uint16_t galvo_status = 0;
     bool gate_allowed = false;  ///< the last ServoOutputs' word
+    LaserSource source = LaserSource::none;
 };
 struct GuardVeto {
     bool close_gate = true;   ///< shut the gate and drop queued runs

@@ -8,19 +8,14 @@ namespace {
 
 constexpr std::uint8_t kStillMirrors = 1;  ///< one galvo frame stands for all
 
-std::uint8_t bits_of(const DigitalInputs& d) noexcept {
-    return static_cast<std::uint8_t>((d.estop_closed ? 1U : 0U) | (d.interlock_closed ? 2U : 0U) |
-                                     (d.laser_ready ? 4U : 0U) | (d.laser_no_alarm ? 8U : 0U));
-}
-DigitalInputs digital_inputs(std::uint8_t bits) noexcept {
-    return {(bits & 1U) != 0, (bits & 2U) != 0, (bits & 4U) != 0, (bits & 8U) != 0};
-}
 std::uint8_t bits_of(const DigitalOutputs& d) noexcept {
     return static_cast<std::uint8_t>((d.master_oscillator ? 1U : 0U) | (d.guide_laser ? 2U : 0U) |
-                                     (d.light_red ? 4U : 0U) | (d.light_yellow ? 8U : 0U) | (d.light_green ? 16U : 0U));
+                                     (d.light_red ? 4U : 0U) | (d.light_yellow ? 8U : 0U) | (d.light_green ? 16U : 0U) |
+                                     (d.shutter_open ? 32U : 0U));
 }
 DigitalOutputs digital_outputs(std::uint8_t bits) noexcept {
-    return {(bits & 1U) != 0, (bits & 2U) != 0, (bits & 4U) != 0, (bits & 8U) != 0, (bits & 16U) != 0};
+    return {(bits & 1U) != 0, (bits & 2U) != 0,  (bits & 4U) != 0,
+            (bits & 8U) != 0, (bits & 16U) != 0, (bits & 32U) != 0};
 }
 
 void put(ByteWriter& out, const DriveFrame& frame) noexcept {
@@ -169,7 +164,7 @@ std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcep
 bool unpack(std::span<const std::uint8_t> bytes, StoredInputs& stored) noexcept {
     ByteReader reader(bytes);
     stored.inputs.tick = reader.get<std::int64_t>();
-    stored.inputs.digital = digital_inputs(reader.get<std::uint8_t>());
+    stored.inputs.digital = digital_inputs(reader.get<std::uint16_t>());
     stored.inputs.galvo_status = reader.get<std::uint16_t>();
     stored.inputs.guard_causes = reader.get<std::uint8_t>();
     stored.inputs.link_rx = std::span(stored.link_rx).first(get_link_bytes(reader, stored.link_rx));

@@ -15,7 +15,7 @@ namespace sc::recording {
 
 inline constexpr std::size_t kDriveFrameBytes = 2 + 1 + 8;
 inline constexpr std::size_t kInputsImageCapacity =
-    8 + 1 + 2 + 1 + 2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes;
+    8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes;
 inline constexpr std::size_t kLaserRunBytes = 8 + 8 + 4 + 2 + 1 + 1;
 inline constexpr std::size_t kPathPulseBytes = 4 + 1 + 1 + 4 + 8 + 24 + 8;
 inline constexpr std::size_t kGalvoFrameBytes = 8 + 8 + 4 + 4;
@@ -23,6 +23,19 @@ inline constexpr std::size_t kOutputsImageCapacity =
     2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 4 * 8 + 1 +
     kGalvoFramesPerTick * kGalvoFrameBytes + 2 + kLaserRunsPerTick * kLaserRunBytes + 2 +
     kPathPulsesPerTick * kPathPulseBytes + 1 + 1 + 1 + 8;
+
+/// Digital inputs as they are stored: eight lines from bit 0 on in the order of the structure, then the source's pins.
+[[nodiscard]] constexpr std::uint16_t bits_of(const DigitalInputs& d) noexcept {
+    return static_cast<std::uint16_t>(
+        (d.estop_closed ? 1U : 0U) | (d.interlock_closed ? 2U : 0U) | (d.laser_ready ? 4U : 0U) |
+        (d.laser_no_alarm ? 8U : 0U) | (d.shutter_open ? 16U : 0U) | (d.shutter_closed ? 32U : 0U) |
+        (d.key_setup ? 64U : 0U) | (d.key_production ? 128U : 0U) | (d.source_status & 0xFU) << 8U);
+}
+[[nodiscard]] constexpr DigitalInputs digital_inputs(std::uint16_t bits) noexcept {
+    const auto bit = [bits](unsigned i) noexcept { return (bits >> i & 1U) != 0; };
+    return {
+        bit(0), bit(1), bit(2), bit(3), bit(4), bit(5), bit(6), bit(7), static_cast<std::uint8_t>(bits >> 8U & 0xFU)};
+}
 
 /// Inputs together with the memory that their spans point into. Not to be copied: the spans point into this object.
 struct StoredInputs {

@@ -25,14 +25,6 @@ std::int64_t after(std::int64_t tick) noexcept {
     return static_cast<std::int64_t>(static_cast<std::uint64_t>(tick) + 1U);
 }
 
-std::uint8_t bits_of(const DigitalInputs& d) noexcept {
-    return static_cast<std::uint8_t>((d.estop_closed ? 1U : 0U) | (d.interlock_closed ? 2U : 0U) |
-                                     (d.laser_ready ? 4U : 0U) | (d.laser_no_alarm ? 8U : 0U));
-}
-DigitalInputs digital_inputs(std::uint8_t bits) noexcept {
-    return {(bits & 1U) != 0, (bits & 2U) != 0, (bits & 4U) != 0, (bits & 8U) != 0};
-}
-
 void put_varint(ByteWriter& out, std::size_t value) noexcept {
     while (value >= 0x80U) {
         out.put(static_cast<std::uint8_t>(value | 0x80U));
@@ -330,7 +322,7 @@ bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDig
         memory.tick = in.get<std::int64_t>();
     }
     if ((flags & kLines) != 0) {
-        memory.digital = digital_inputs(in.get<std::uint8_t>());
+        memory.digital = digital_inputs(in.get<std::uint16_t>());
         memory.galvo_status = in.get<std::uint16_t>();
         memory.guard_causes = in.get<std::uint8_t>();
     }

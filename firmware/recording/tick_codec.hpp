@@ -15,7 +15,7 @@
 namespace sc::recording {
 
 /// Most bytes that one tick can take.
-inline constexpr std::size_t kTickCapacity = 1 + 8 + 4 + 2 + kLinkBytesPerTick + 1 + 3 +
+inline constexpr std::size_t kTickCapacity = 1 + 8 + 5 + 2 + kLinkBytesPerTick + 1 + 3 +
                                              kDriveFramesPerTick * (4 + 1 + kDriveFrameBytes) + 1 + 8 + 4 + 1 +
                                              kOutputParts;
 

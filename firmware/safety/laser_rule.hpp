@@ -19,6 +19,8 @@ struct MarkContext {
     bool interlocks_closed = false;  ///< e-stop chain and interlock
     bool laser_healthy = false;      ///< source ready, no alarm
     bool galvo_healthy = false;
+    bool shutter_open = false;                 ///< proven by its read-back
+    bool key_production = false;               ///< the key stands at production
     std::uint64_t faults = ~std::uint64_t{0};  ///< latched
     Speed path_speed;
     Speed path_speed_min;
@@ -27,7 +29,7 @@ struct MarkContext {
 /// True only if every condition holds; a speed that is not a number forbids. Any context, a few comparisons.
 [[nodiscard]] constexpr bool gate_permitted(const MarkContext& c) noexcept {
     return gate_state(c.state) && c.mark_segment && c.mo_ready && c.interlocks_closed && c.laser_healthy &&
-           c.galvo_healthy && c.faults == 0 && c.path_speed >= c.path_speed_min;
+           c.galvo_healthy && c.shutter_open && c.key_production && c.faults == 0 && c.path_speed >= c.path_speed_min;
 }
 
 /// Master oscillator: on in the states that want it, ready once it has been on for its wait without a break.

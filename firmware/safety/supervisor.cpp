@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/safety/supervisor.hpp"
 
+#include "firmware/safety/laser_rule.hpp"
+
 namespace sc::safety {
 namespace {
 
@@ -79,6 +81,44 @@ constexpr bool marking_is_entered_from_running_alone() noexcept {
     return true;
 }
 
+/// No way from a preview to a state that burns but through `idle`, and so through all of arming.
+constexpr bool a_preview_leads_to_idle_or_fault_alone() noexcept {
+    for (const Transition& row : kTransitions) {
+        if (preview_state(row.from) && !preview_state(row.to) && row.to != State::idle) {
+            return false;
+        }
+        if (preview_state(row.to) && !preview_state(row.from) && row.from != State::idle) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/// The laser rule with everything but the state at its best.
+constexpr bool no_preview_passes_the_laser_rule() noexcept {
+    MarkContext best{.state = State::marking,
+                     .mark_segment = true,
+                     .mo_ready = true,
+                     .interlocks_closed = true,
+                     .laser_healthy = true,
+                     .galvo_healthy = true,
+                     .shutter_open = true,
+                     .key_production = true,
+                     .faults = 0,
+                     .path_speed = Speed::from_si(1.0),
+                     .path_speed_min = Speed::from_si(0.0)};
+    if (!gate_permitted(best)) {
+        return false;  // the rule would prove nothing
+    }
+    for (std::size_t i = 0; i < kStateCount; ++i) {
+        best.state = state_at(i);
+        if ((preview_state(best.state) || guide_state(best.state)) && gate_permitted(best)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static_assert(rows_are_unambiguous(), "one row for a state and an event");
 static_assert(every_trip_leads_to_fault());
 static_assert(fault_leaves_only_by_reset());
@@ -88,6 +128,13 @@ static_assert(states_where(gate_state) == exactly(State::marking), "pulses leave
 static_assert(states_where(mo_state) == exactly(State::arming, State::armed, State::running, State::marking,
                                                 State::stopping, State::held, State::held_link));
 static_assert((states_where(gate_state) & ~states_where(mo_state)) == 0, "no gate without master oscillator");
+static_assert(states_where(guide_state) == exactly(State::previewing));
+static_assert((states_where(preview_state) & (states_where(gate_state) | states_where(mo_state))) == 0,
+              "a preview has neither gate nor master oscillator");
+static_assert((states_where(preview_state) & states_where(shutter_state)) == 0, "a preview leaves the shutter shut");
+static_assert((states_where(gate_state) & ~states_where(shutter_state)) == 0, "no gate with the shutter shut");
+static_assert(a_preview_leads_to_idle_or_fault_alone());
+static_assert(no_preview_passes_the_laser_rule(), "whatever else holds, a preview fires nothing");
 static_assert((states_where(moving_state) & ~states_where(powered_state)) == 0, "no motion without power");
 
 }  // namespace

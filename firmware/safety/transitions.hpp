@@ -41,10 +41,13 @@ enum class Event : std::uint8_t {
     stopped_abort,  ///< at rest after abort
     resume,
     link_back,
+    preview,          ///< trace the opened job with the guide laser
+    preview_done,     ///< its last item is done
+    preview_stopped,  ///< at rest after it was broken off
     trip,
     reset,
 };
-inline constexpr std::size_t kEventCount = 28;
+inline constexpr std::size_t kEventCount = 31;
 
 struct Transition {
     State from;
@@ -62,6 +65,7 @@ inline constexpr std::array kTransitions{
     Transition{State::idle, Event::home, State::homing},
     Transition{State::idle, Event::jog, State::jogging},
     Transition{State::idle, Event::arm, State::arming},
+    Transition{State::idle, Event::preview, State::previewing},
     Transition{State::homing, Event::homed, State::idle},
     Transition{State::homing, Event::stop, State::idle},
     Transition{State::jogging, Event::jog_done, State::idle},
@@ -91,6 +95,10 @@ inline constexpr std::array kTransitions{
     Transition{State::held, Event::link_silent, State::held_link},
     Transition{State::held_link, Event::link_back, State::running},
     Transition{State::held_link, Event::abort, State::armed},
+    Transition{State::previewing, Event::preview_done, State::idle},
+    Transition{State::previewing, Event::abort, State::preview_stopping},
+    Transition{State::previewing, Event::link_silent, State::preview_stopping},
+    Transition{State::preview_stopping, Event::preview_stopped, State::idle},
     Transition{State::disabling, Event::disabled, State::disabled},
     Transition{State::fault, Event::reset, State::disabled},
 };
@@ -134,21 +142,34 @@ struct NextState {
         case State::homing:
         case State::jogging:
         case State::disabling:
-        case State::fault: return false;
+        case State::fault:
+        case State::previewing:
+        case State::preview_stopping: return false;
     }
     return false;
+}
+
+/// States in which the beam's shutter is open: those of the master oscillator.
+[[nodiscard]] constexpr bool shutter_state(State state) noexcept { return mo_state(state); }
+
+/// The only state in which the guide laser may be on.
+[[nodiscard]] constexpr bool guide_state(State state) noexcept { return state == State::previewing; }
+
+/// States that belong to a preview.
+[[nodiscard]] constexpr bool preview_state(State state) noexcept {
+    return state == State::previewing || state == State::preview_stopping;
 }
 
 /// States in which axes may be in motion by order (homing is made by the drives themselves).
 [[nodiscard]] constexpr bool moving_state(State state) noexcept {
     return state == State::homing || state == State::jogging || state == State::running || state == State::marking ||
-           state == State::stopping;
+           state == State::stopping || preview_state(state);
 }
 
 /// States in which the drives are asked to be in Operation enabled.
 [[nodiscard]] constexpr bool powered_state(State state) noexcept {
     return state == State::enabling || state == State::idle || state == State::homing || state == State::jogging ||
-           mo_state(state);
+           preview_state(state) || mo_state(state);
 }
 
 [[nodiscard]] constexpr std::string_view name_of(Event event) noexcept {
@@ -179,6 +200,9 @@ struct NextState {
         case Event::stopped_abort: return "stopped_abort";
         case Event::resume: return "resume";
         case Event::link_back: return "link_back";
+        case Event::preview: return "preview";
+        case Event::preview_done: return "preview_done";
+        case Event::preview_stopped: return "preview_stopped";
         case Event::trip: return "trip";
         case Event::reset: return "reset";
     }

@@ -53,6 +53,7 @@ std::string name_of(link::Verb verb) {
         case link::Verb::jog: return "jog";
         case link::Verb::stop: return "stop";
         case link::Verb::set_override: return "set_override";
+        case link::Verb::preview: return "preview";
     }
     return "command " + std::to_string(static_cast<int>(verb));
 }

@@ -33,7 +33,8 @@ std::vector<link::Verb> towards_rest(State state) {
         case State::marking:
         case State::stopping: return {link::Verb::hold, link::Verb::abort};
         case State::held:
-        case State::held_link: return {link::Verb::abort};
+        case State::held_link:
+        case State::previewing: return {link::Verb::abort};
         case State::homing:
         case State::jogging: return {link::Verb::stop};
         case State::arming:
@@ -43,6 +44,7 @@ std::vector<link::Verb> towards_rest(State state) {
         case State::disabled:
         case State::enabling:
         case State::disabling:
+        case State::preview_stopping:
         case State::fault: return {};
     }
     return {};
@@ -125,8 +127,62 @@ void Session::disarm_and_disable() {
     step("switching off");
     client_->command(link::Verb::disarm);
     client_->wait_for({State::idle}, kRestLimit, "disarming");
+    disable();
+}
+
+void Session::disable() {
     client_->command(link::Verb::disable);
     client_->wait_for({State::disabled}, kRestLimit, "unpowering the axes");
+}
+
+void Session::check_dark(std::uint32_t pulses_before) const {
+    constexpr unsigned kLight = link::kFlagMasterOscillator | link::kFlagGateOpen | link::kFlagShutterOpen;
+    const auto& status = client_->status();
+    if (status && ((status->flags & kLight) != 0 || status->pulses_total != pulses_before)) {
+        throw CellError(
+            "the cell tells of the marking laser during a preview: report this, with the log of the inputs");
+    }
+}
+
+void Session::trace(const StreamJob& job, std::uint32_t rounds, PreviewResult& result) {
+    enable_and_home();
+    const std::uint32_t pulses = client_->status()->pulses_total;
+    while (rounds == 0 || result.rounds < rounds) {
+        client_->open_job(job.hash, static_cast<std::uint32_t>(job.items.size()));
+        client_->command(link::Verb::preview);
+        step("tracing with the guide laser, round " + std::to_string(result.rounds + 1));
+        Streamer streamer(*client_, job, options_.stream, nullptr);
+        streamer.on_progress([&](const Progress& progress) {
+            check_dark(pulses);
+            if (options_.on_progress) {
+                options_.on_progress(progress);
+            }
+        });
+        streamer.run();
+        check_dark(pulses);
+        ++result.rounds;
+    }
+    step("switching off");
+    disable();
+}
+
+PreviewResult Session::preview(const StreamJob& job, std::uint32_t rounds) {
+    const HostTime begun = client_->now();
+    PreviewResult result;
+    try {
+        trace(job, rounds, result);
+    } catch (const Interrupted&) {
+        make_safe();
+        result.stopped = true;
+        if (rounds != 0) {
+            throw;
+        }
+    } catch (const std::exception&) {
+        make_safe();
+        throw;
+    }
+    result.cell_seconds = seconds_of(client_->now() - begun);
+    return result;
 }
 
 void Session::mark(const StreamJob& job, Streamer& streamer) {

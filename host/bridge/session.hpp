@@ -21,6 +21,13 @@ struct RunResult {
     WireCounters wire;
 };
 
+/// What a preview came to.
+struct PreviewResult {
+    std::uint32_t rounds = 0;  ///< whole ones
+    bool stopped = false;      ///< ended by a person within a round
+    double cell_seconds = 0.0;
+};
+
 struct SessionOptions {
     StreamOptions stream;
     bool reset_fault = false;  ///< acknowledge a latched fault before powering the axes
@@ -39,6 +46,10 @@ public:
     /// Throws as Streamer::run and CellClient::wait_for do, after `make_safe`. The journal, if any, is closed: done,
     /// failed, or (after Interrupted) aborted.
     RunResult run(const StreamJob& job, Journal* journal);
+    /// Powers and homes the axes, traces the job with the guide laser `rounds` times (0: until the stop check says so,
+    /// which is then no error), unpowers. Throws as `run` does, after `make_safe`; CellError if the cell tells of a
+    /// master oscillator, an open shutter, a gate or a pulse meanwhile.
+    PreviewResult preview(const StreamJob& job, std::uint32_t rounds);
     /// Makes the cell ready to be set up: acknowledges a latched fault if the options say so, drops a job that an
     /// earlier host has left behind. The cell is then in boot, disabled or idle. Throws CellFault if a fault stays.
     void clear();
@@ -54,6 +65,9 @@ private:
     void home();
     void arm();
     void disarm_and_disable();
+    void disable();
+    void trace(const StreamJob& job, std::uint32_t rounds, PreviewResult& result);
+    void check_dark(std::uint32_t pulses_before) const;
     void ease_towards_rest();
 
     CellClient* client_;

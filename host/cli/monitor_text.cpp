@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "shared/machine/source_status.hpp"
+
 namespace sc::host::cli {
 namespace {
 
@@ -18,6 +20,11 @@ double place_of(const link::Status& status, std::size_t axis) {
     const auto units = static_cast<double>(status.actual.at(axis));
     return axis == index(Axis::c) ? units / kWireUnitsPerDegree : units / kWireUnitsPerMetre * 1e3;
 }
+
+std::string_view key_of(const link::Status& status) {
+    return status.key == 0 ? "off" : (status.key == 1 ? "setup" : "production");
+}
+std::string_view source_of(const link::Status& status) { return sc::name_of(static_cast<SourceState>(status.source)); }
 
 std::vector<std::uint16_t> fault_numbers(const link::Status& status) {
     std::vector<std::uint16_t> numbers;
@@ -36,7 +43,9 @@ std::vector<std::pair<std::string_view, bool>> flags_of(const link::Status& stat
             {"interlock_closed", set(link::kFlagInterlockClosed)},
             {"master_oscillator", set(link::kFlagMasterOscillator)},
             {"gate_open", set(link::kFlagGateOpen)},
-            {"job_done", set(link::kFlagJobDone)}};
+            {"job_done", set(link::kFlagJobDone)},
+            {"guide_laser", set(link::kFlagGuideLaser)},
+            {"shutter_open", set(link::kFlagShutterOpen)}};
 }
 
 }  // namespace
@@ -59,6 +68,7 @@ std::string status_text(const link::Status& status, const WireCounters& wire) {
     for (const auto& [name, set] : flags_of(status)) {
         text += fmt::format(" {} {}", name, set ? "yes" : "no");
     }
+    text += fmt::format("\nkey        {}\nsource     {}", key_of(status), source_of(status));
     text += fmt::format("\noverride   {} %", status.override_percent);
     text += status.map_crc == 0 ? std::string("\naxis map   none") : fmt::format("\naxis map   {:08x}", status.map_crc);
     text += fmt::format("\nlimited by {}\n", status.limited_by == 0 ? "nothing" : describe_code(status.limited_by));
@@ -90,6 +100,8 @@ Json status_json(const link::Status& status, const WireCounters& wire) {
             {"override_percent", status.override_percent},
             {"axis_map_crc", status.map_crc == 0 ? Json() : Json(fmt::format("{:08x}", status.map_crc))},
             {"flags", flags},
+            {"key", key_of(status)},
+            {"source", source_of(status)},
             {"x_mm", place_of(status, 0)},
             {"y_mm", place_of(status, 1)},
             {"z_mm", place_of(status, 2)},

@@ -23,6 +23,9 @@ constexpr const char* kExamples = R"(Examples:
       scribecell replay run1/inputs.rec runs the controller again with what it was given
   scribecell scribe --world bent.toml --script faults.txt
       the simulated cell with errors of its own, and faults to provoke
+  scribecell scribe my_job.toml --preview --link tcp:127.0.0.1:7000
+      traces the job with the visible guide laser, again and again until Ctrl-C: the source stays off and its shutter
+      shut. With the key at setup the enclosure may be open
   scribecell scribe --override 50
       at half speed; in a terminal the keys + and - change it by 10 % while the job runs, 0 sets 100 %
   scribecell scribe --board m7
@@ -30,7 +33,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite
       a cell on a serial line
 
-Exit codes: 0 burnt and found again; 1 the cell or the job failed; 2 bad input, nothing has moved; 130 Ctrl-C.)";
+Exit codes: 0 burnt and found again, or previewed; 1 the cell or the job failed; 2 bad input, nothing has moved; 130 Ctrl-C.)";
 
 struct Words {
     ScribeOptions options;
@@ -52,6 +55,12 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
         ->type_name("FILE");
     app.add_option("--face", o.faces, "burn only this face, degrees; may be given again")->type_name("DEG");
     app.add_flag("--dry-run", o.dry_run, "check everything, print what would be burnt, move nothing");
+    app.add_flag("--preview", o.preview, "trace the job with the guide laser, slowly, and burn nothing");
+    app.add_option_function<std::uint32_t>(
+           "--rounds", [&o](const std::uint32_t& rounds) { o.rounds = rounds; },
+           "of --preview (default: until Ctrl-C; the simulated cell: 1)")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1'000'000));
     app.add_flag("--json", o.json, "one JSON object on stdout, everything else on stderr");
     optional_option(app, "--svg", o.svg, "picture of what was burnt and of its deviations")->type_name("FILE");
     optional_option(app, "--journal", o.journal, "record of how far the job came; refused if it is another job's")
@@ -103,6 +112,8 @@ int print(const ScribeOutcome& outcome, bool json) {
         std::printf("%s\n", outcome_json(outcome).dump(2).c_str());
     } else if (outcome.dry_run) {
         std::fputs(plan_text(outcome).c_str(), stdout);
+    } else if (outcome.preview && !outcome.failure) {
+        std::fputs(preview_text(outcome).c_str(), stdout);
     } else if (outcome.report) {
         std::fputs((report_text(*outcome.report) + board_text(outcome)).c_str(), stdout);
     } else if (!outcome.failure) {

@@ -89,6 +89,18 @@ void check_link_options(const ScribeOptions& options) {
     }
 }
 
+void check_preview(const ScribeOptions& options) {
+    const auto refuse = [](const std::string& problem, const std::string& action) {
+        throw InputError({.file = {}, .problem = problem, .value = {}, .action = action});
+    };
+    if (!options.preview && options.rounds) {
+        refuse("--rounds belongs to --preview", "add --preview; to burn several times give passes in the job");
+    }
+    if (options.preview && (options.dry_run || options.journal || options.svg)) {
+        refuse("a preview burns nothing: --dry-run, --journal and --svg do not go with it", "leave them out");
+    }
+}
+
 void check_folder_of(const std::optional<std::filesystem::path>& file, const char* what) {
     const std::filesystem::path folder = file && file->has_parent_path() ? file->parent_path() : ".";
     if (file && !std::filesystem::is_directory(folder)) {
@@ -103,6 +115,7 @@ void check_folder_of(const std::optional<std::filesystem::path>& file, const cha
 
 ScribeInput read_input(const ScribeOptions& options) {
     check_link_options(options);
+    check_preview(options);
     if (options.override_percent) {
         check_override(*options.override_percent);
     }

@@ -28,6 +28,8 @@ struct ScribeOptions {
     std::uint32_t points_per_block = 0;
     std::optional<int> override_percent;  ///< none: as it stands in the cell
     bool dry_run = false;
+    bool preview = false;                 ///< trace with the guide laser, burn nothing
+    std::optional<std::uint32_t> rounds;  ///< of the preview; none: until it is stopped, in the simulated cell once
     bool json = false;
     bool reset_fault = false;
 };

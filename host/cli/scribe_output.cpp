@@ -94,6 +94,18 @@ Json run_json(const ScribeOutcome& outcome) {
     return json;
 }
 
+Json preview_json(const ScribeOutcome& outcome) {
+    const PreviewResult& preview = *outcome.preview;
+    Json json{{"preview",
+               {{"rounds", preview.rounds},
+                {"stopped", preview.stopped},
+                {"paths", outcome.plan.paths.size()},
+                {"marked_mm", outcome.plan.marked_metres * kMmPerMetre},
+                {"fastest_mm_s", outcome.machine.laser.guide_speed_max.si() * kMmPerMetre}}}};
+    json.update(run_json(outcome));
+    return json;
+}
+
 std::string place_text(const Point<frame::H>& p) {
     return fmt::format("{:9.3f} {:9.3f} {:9.3f}", p.v.x * kMmPerMetre, p.v.y * kMmPerMetre, p.v.z * kMmPerMetre);
 }
@@ -131,9 +143,28 @@ Json outcome_json(const ScribeOutcome& outcome) {
         json.update(run_json(outcome));
         return json;
     }
+    if (outcome.preview) {
+        return preview_json(outcome);
+    }
     Json json = outcome.report ? report_json(*outcome.report) : run_json(outcome);
     add_board(json, outcome);
     return json;
+}
+
+std::string preview_text(const ScribeOutcome& outcome) {
+    const PreviewResult& preview = *outcome.preview;
+    std::string text = fmt::format(
+        "{}: {} lines, {:.1f} mm, traced {} time{} with the guide laser at {:g} mm/s or less{}\n", outcome.job_name,
+        outcome.plan.paths.size(), outcome.plan.marked_metres * kMmPerMetre, preview.rounds,
+        preview.rounds == 1 ? "" : "s", outcome.machine.laser.guide_speed_max.si() * kMmPerMetre,
+        preview.stopped ? ", and stopped in the next round" : "");
+    if (outcome.cell) {
+        text +=
+            fmt::format("master oscillator on for {:g} s, gate for {:g} s, shutter open for {:g} s; {} pulses\n",
+                        outcome.cell->value("master_oscillator_seconds", 0.0), outcome.cell->value("gate_seconds", 0.0),
+                        outcome.cell->value("shutter_seconds", 0.0), outcome.cell->value("pulses", std::uint64_t{0}));
+    }
+    return text;
 }
 
 std::string board_text(const ScribeOutcome& outcome) {

@@ -27,6 +27,7 @@ struct ScribeOutcome {
     std::optional<Report> report;                ///< when the job is done and its traces are at hand
     std::optional<Failure> failure;              ///< of cell or job; bad input is thrown
     bool dry_run = false;
+    std::optional<PreviewResult> preview;  ///< nothing was burnt
 
     [[nodiscard]] int exit_code() const;
 };

@@ -33,6 +33,14 @@ enum class Fault : std::uint8_t {
     mark_rule = 15,
     arithmetic_state = 16,
     galvo_absent = 17,
+    shutter = 18,
+    key_turned = 19,
+    laser_back_reflection = 20,
+    laser_temperature = 21,
+    laser_main_supply = 22,
+    laser_housekeeping = 23,
+    laser_system = 24,
+    laser_code_unknown = 25,
 };
 
 enum class Refusal : std::uint16_t {
@@ -69,6 +77,8 @@ enum class Refusal : std::uint16_t {
     map_too_steep = 129,
     map_incomplete = 130,
     bad_arc = 131,
+    key_not_production = 132,
+    key_off = 133,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -24,8 +24,10 @@ constexpr void visit_galvo(Visitor& v, Config& g) noexcept {
 }
 template <class Visitor, class Config>
 constexpr void visit_laser(Visitor& v, Config& l) noexcept {
-    auto& [power, prr_min, prr_nominal, warning, mo_wait, latency, mark_speed_min] = l;
+    auto& [power, prr_min, prr_nominal, warning, mo_wait, latency, mark_speed_min, guide_speed, shutter_time, source] =
+        l;
     v(power), v(prr_min), v(prr_nominal), v(warning), v(mo_wait), v(latency), v(mark_speed_min);
+    v(guide_speed), v(shutter_time), v(source);
 }
 template <class Visitor, class Config>
 constexpr void visit_keep_out(Visitor& v, Config& k) noexcept {
@@ -76,6 +78,7 @@ struct Writer {
     }
     void operator()(const GalvoConvention& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const GalvoWord& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
+    void operator()(const LaserSource& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
 };
 struct Reader {
     ByteReader& in;
@@ -98,6 +101,13 @@ struct Reader {
         const auto code = in.get<std::uint8_t>();
         value = static_cast<GalvoWord>(code);
         if (code > static_cast<std::uint8_t>(GalvoWord::bits18)) {
+            in.fail();
+        }
+    }
+    void operator()(LaserSource& value) noexcept {
+        const auto code = in.get<std::uint8_t>();
+        value = static_cast<LaserSource>(code);
+        if (code > static_cast<std::uint8_t>(LaserSource::jpt)) {
             in.fail();
         }
     }
@@ -143,7 +153,7 @@ bool galvo_is_sound(const GalvoConfig& g) noexcept {
 bool laser_is_sound(const LaserConfig& l) noexcept {
     return positive(l.power.si()) && positive(l.prr_min.si()) && positive(l.prr_nominal.si()) &&
            l.prr_min <= l.prr_nominal && l.warning_ns >= 0 && l.mo_wait_ns >= 0 && l.latency_ns >= 0 &&
-           not_negative(l.mark_speed_min.si());
+           not_negative(l.mark_speed_min.si()) && positive(l.guide_speed_max.si()) && l.shutter_time_ns > 0;
 }
 
 bool times_are_sound(const MachineConfig& m) noexcept {

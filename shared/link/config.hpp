@@ -15,8 +15,8 @@
 
 namespace sc::link {
 
-inline constexpr std::uint16_t kConfigVersion = 2;
-inline constexpr std::size_t kConfigSize = 853;
+inline constexpr std::uint16_t kConfigVersion = 3;
+inline constexpr std::size_t kConfigSize = 870;
 
 /// No heap, any context, one pass.
 void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize> out) noexcept;

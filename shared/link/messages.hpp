@@ -43,6 +43,7 @@ enum class Verb : std::uint8_t {
     jog = 11,           ///< arg0 axis, arg1 distance (wire units), arg2 speed (µm/s; C: 1e-3 °/s)
     stop = 12,          ///< stop a jog or a homing
     set_override = 13,  ///< arg0: feed of paths in percent of the programmed one, kMinOverride..kMaxOverride; any state
+    preview = 14,       ///< trace the opened job as its items arrive with the guide laser; from idle, back to idle
 };
 
 // --- host to controller -------------------------------------------------------------------------------------------
@@ -280,13 +281,15 @@ struct Status {
     std::uint32_t starvations = 0;
     std::uint8_t override_percent = 100;  ///< feed override in force
     std::uint32_t map_crc = 0;            ///< of the axis map in force, 0 = none
+    std::uint8_t key = 0;                 ///< 0 off, 1 setup, 2 production
+    std::uint8_t source = 0;              ///< SourceState (shared/machine/source_status.hpp)
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("cell_time_us", m.cell_time_us), v("state", m.state), v("faults", m.faults), v("first_fault", m.first_fault);
         v("first_fault_axis", m.first_fault_axis), v("limited_by", m.limited_by), v("flags", m.flags);
         v("actual", m.actual), v("pulses_total", m.pulses_total), v("frames_bad", m.frames_bad);
         v("messages_lost", m.messages_lost), v("items_repeated", m.items_repeated), v("starvations", m.starvations);
-        v("override_percent", m.override_percent), v("map_crc", m.map_crc);
+        v("override_percent", m.override_percent), v("map_crc", m.map_crc), v("key", m.key), v("source", m.source);
     }
 };
 enum StatusFlag : std::uint8_t {
@@ -296,6 +299,8 @@ enum StatusFlag : std::uint8_t {
     kFlagMasterOscillator = 8,
     kFlagGateOpen = 16,
     kFlagJobDone = 32,
+    kFlagGuideLaser = 64,
+    kFlagShutterOpen = 128,  ///< as it reads
 };
 
 struct ConfigChunk {

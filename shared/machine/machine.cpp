@@ -55,6 +55,9 @@ MachineConfig reference_machine() noexcept {
     m.laser.mo_wait_ns = 8'000'000;
     m.laser.latency_ns = 1'000;
     m.laser.mark_speed_min = 2.0_mm_s;
+    m.laser.guide_speed_max = 100.0_mm_s;
+    m.laser.shutter_time_ns = 500'000'000;
+    m.laser.source = LaserSource::jpt;
 
     // The workpiece swings within 240 mm of the table's axis at y = -470 mm: at y >= -200 mm nothing can be met.
     m.y_retracted = Length::from_si(-0.200);

@@ -54,15 +54,21 @@ struct GalvoConfig {
     GalvoWord word = GalvoWord::bits16;
 };
 
+/// Whose source it is: how its status pins read (source_status.hpp). none: its pins are not wired.
+enum class LaserSource : std::uint8_t { none = 0, ipg = 1, raycus = 2, jpt = 3 };
+
 struct LaserConfig {
     Power power;        ///< average at power code 255
     Frequency prr_min;  ///< the source must run within [prr_min, prr_nominal]
     Frequency
         prr_nominal;  ///< full power byte belongs to this rate; at others the byte is scaled, so that energy stays
-    std::int64_t warning_ns = 0;  ///< emission warning on → master oscillator on
-    std::int64_t mo_wait_ns = 0;  ///< master oscillator on → gate allowed
-    std::int64_t latency_ns = 0;  ///< from trigger edge to light
-    Speed mark_speed_min;         ///< the gate stays shut below this path speed
+    std::int64_t warning_ns = 0;       ///< emission warning on → master oscillator on
+    std::int64_t mo_wait_ns = 0;       ///< master oscillator on → gate allowed
+    std::int64_t latency_ns = 0;       ///< from trigger edge to light
+    Speed mark_speed_min;              ///< the gate stays shut below this path speed
+    Speed guide_speed_max;             ///< of a path in a preview: an eye must be able to follow the guide laser
+    std::int64_t shutter_time_ns = 0;  ///< the shutter's read-back may disagree with its command for so long
+    LaserSource source = LaserSource::none;
 };
 
 /// Axis-aligned box in h that the laser focus must not enter.

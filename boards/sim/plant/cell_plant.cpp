@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <utility>
 
@@ -39,6 +40,8 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
       laser_(machine.laser, world.spec().laser),
       lines_(world.spec().inputs) {
     check_periods(machine);
+    show(SourceTrouble::none);
+    read_lines();
     deflections_.resize(static_cast<std::size_t>(machine.guard_period_ns / machine.galvo_period_ns) + 1);
     const std::int64_t drive_cycle_ns = machine.drive_cycle_ticks * machine.control_period_ns;
     for (std::size_t i = 0; i < kAxisCount; ++i) {
@@ -52,6 +55,7 @@ void CellPlant::sample(ServoInputs& inputs) {
     std::swap(drive_rx_, drive_sent_);
     drive_sent_.clear();
     inputs.drive_rx = drive_rx_;
+    read_lines();
     inputs.digital = lines_;
     inputs.galvo_status = galvo_.status();
     inputs.guard_causes = std::exchange(guard_causes_, std::uint8_t{0});
@@ -77,6 +81,7 @@ void CellPlant::play(std::int64_t tick, const ServoOutputs* acting, const PulseS
         guard(from, acting != nullptr && acting->gate_allowed);
         move(to, first, acting);
         fire(from, to, sink);
+        shine_guide(from, acting);
     }
     for (SimDrive& drive : drives_) {
         drive.drain(drive_sent_);
@@ -85,9 +90,14 @@ void CellPlant::play(std::int64_t tick, const ServoOutputs* acting, const PulseS
 
 void CellPlant::begin_window(std::int64_t t_ns, const ServoOutputs* acting) {
     laser_.set_master_oscillator(acting != nullptr && acting->digital.master_oscillator, t_ns);
+    shutter_.command(acting != nullptr && acting->digital.shutter_open);
     if (acting == nullptr) {
         return;
     }
+    const std::int64_t period = machine_.control_period_ns;
+    beam_.master_oscillator_ns += acting->digital.master_oscillator ? period : 0;
+    beam_.gate_ns += acting->gate_allowed ? period : 0;
+    beam_.guide_ns += acting->digital.guide_laser ? period : 0;
     for (std::size_t i = 0; i < acting->drive_tx_size; ++i) {
         for (SimDrive& drive : drives_) {
             drive.receive(acting->drive_tx[i], t_ns);
@@ -95,8 +105,24 @@ void CellPlant::begin_window(std::int64_t t_ns, const ServoOutputs* acting) {
     }
 }
 
+void CellPlant::read_lines() {
+    lines_.shutter_open = shutter_.reads_open();
+    lines_.shutter_closed = shutter_.reads_closed();
+}
+
+void CellPlant::show(SourceTrouble trouble) { lines_.source_status = source_pins(machine_.laser.source, trouble); }
+
+void CellPlant::shine_guide(std::int64_t t_ns, const ServoOutputs* acting) {
+    if (guide_sink_ && acting != nullptr && acting->digital.guide_laser) {
+        guide_sink_(record_of({.t_ns = t_ns}, t_ns));
+    }
+}
+
 void CellPlant::guard(std::int64_t t_ns, bool gate_allowed) {
-    const GuardVeto veto = guard_({lines_, galvo_.status(), gate_allowed});
+    shutter_.step_to(t_ns);
+    beam_.shutter_ns += shutter_.reads_closed() ? 0 : machine_.guard_period_ns;
+    read_lines();
+    const GuardVeto veto = guard_({lines_, galvo_.status(), gate_allowed, machine_.laser.source});
     guard_causes_ |= veto.causes;
     if (veto.causes == 0) {
         // Runs of a tick that did not allow the gate were refused when they were queued.
@@ -136,6 +162,10 @@ void CellPlant::fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink
 
 void CellPlant::light(const LaserPulse& pulse, std::int64_t begin_ns, const PulseSink& sink) {
     if (!pulse.lit) {
+        return;
+    }
+    if (!shutter_.passes()) {
+        ++beam_.shuttered;
         return;
     }
     ++pulses_;
@@ -189,9 +219,24 @@ void CellPlant::apply(const FaultEvent& event, std::int64_t t_ns) {
         case FaultAction::estop_close: lines_.estop_closed = true; break;
         case FaultAction::interlock_open: lines_.interlock_closed = false; break;
         case FaultAction::interlock_close: lines_.interlock_closed = true; break;
-        case FaultAction::laser_alarm: lines_.laser_no_alarm = false; break;
-        case FaultAction::laser_not_ready: lines_.laser_ready = false; break;
-        case FaultAction::laser_ok: lines_.laser_ready = lines_.laser_no_alarm = true; break;
+        case FaultAction::laser_alarm:
+        case FaultAction::laser_not_ready:
+        case FaultAction::laser_ok:
+        case FaultAction::laser_back_reflection:
+        case FaultAction::laser_temperature:
+        case FaultAction::laser_main_supply:
+        case FaultAction::laser_housekeeping:
+        case FaultAction::laser_system:
+        case FaultAction::laser_strange:
+        case FaultAction::laser_warning:
+        case FaultAction::laser_starting: apply_to_laser(event.action); break;
+        case FaultAction::shutter_stuck:
+        case FaultAction::shutter_dropped:
+        case FaultAction::shutter_unplugged:
+        case FaultAction::shutter_ok:
+        case FaultAction::key_off:
+        case FaultAction::key_setup:
+        case FaultAction::key_production: apply_to_beam(event.action); break;
         case FaultAction::galvo_fail: galvo_.fail(true); break;
         case FaultAction::galvo_absent: galvo_.unplug(kConverterAlone); break;
         case FaultAction::galvo_float_high: galvo_.unplug(0xFFFF); break;
@@ -209,6 +254,46 @@ void CellPlant::apply(const FaultEvent& event, std::int64_t t_ns) {
         case FaultAction::drive_recover: apply_to_drive(event); break;
     }
     apply_lines(t_ns);
+}
+
+void CellPlant::apply_to_laser(FaultAction action) {
+    if (action == FaultAction::laser_alarm) {
+        lines_.laser_no_alarm = false;
+    } else if (action == FaultAction::laser_not_ready) {
+        lines_.laser_ready = false;
+    } else if (action == FaultAction::laser_ok) {
+        lines_.laser_ready = lines_.laser_no_alarm = true;
+        show(SourceTrouble::none);
+    } else {
+        static const std::map<FaultAction, SourceTrouble> kTroubles{
+            {FaultAction::laser_back_reflection, SourceTrouble::back_reflection},
+            {FaultAction::laser_temperature, SourceTrouble::temperature},
+            {FaultAction::laser_main_supply, SourceTrouble::main_supply},
+            {FaultAction::laser_housekeeping, SourceTrouble::housekeeping},
+            {FaultAction::laser_system, SourceTrouble::system},
+            {FaultAction::laser_strange, SourceTrouble::strange},
+            {FaultAction::laser_warning, SourceTrouble::warning},
+            {FaultAction::laser_starting, SourceTrouble::starting}};
+        show(kTroubles.at(action));
+    }
+}
+
+void CellPlant::apply_to_beam(FaultAction action) {
+    if (action == FaultAction::shutter_stuck) {
+        shutter_.stick(true);
+    } else if (action == FaultAction::shutter_dropped) {
+        shutter_.drop(true);
+    } else if (action == FaultAction::shutter_unplugged) {
+        shutter_.unplug(true);
+    } else if (action == FaultAction::shutter_ok) {
+        shutter_.stick(false);
+        shutter_.drop(false);
+        shutter_.unplug(false);
+    } else {
+        lines_.key_setup = action == FaultAction::key_setup;
+        lines_.key_production = action == FaultAction::key_production;
+    }
+    read_lines();
 }
 
 void CellPlant::apply_to_drive(const FaultEvent& event) {
@@ -229,6 +314,7 @@ void CellPlant::apply_to_drive(const FaultEvent& event) {
 }
 
 void CellPlant::apply_lines(std::int64_t t_ns) {
+    shutter_.allow(lines_.estop_closed && lines_.interlock_closed);
     if (lines_.estop_closed && lines_.interlock_closed) {
         laser_.restore_light();
     } else {

@@ -4,12 +4,15 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "boards/sim/plant/drive.hpp"
 #include "boards/sim/plant/fault_player.hpp"
 #include "boards/sim/plant/galvo.hpp"
 #include "boards/sim/plant/laser.hpp"
+#include "boards/sim/plant/shutter.hpp"
+#include "boards/sim/plant/source_pins.hpp"
 #include "boards/sim/world/world.hpp"
 #include "firmware/hal/io.hpp"
 #include "shared/trace/trace.hpp"
@@ -20,6 +23,17 @@ namespace sc::sim {
 using GuardFunction = GuardVeto (*)(const GuardInputs&) noexcept;
 /// Takes every lit pulse, in order of time.
 using PulseSink = std::function<void(const trace::PulseRecord&)>;
+
+/// What the beam's outputs have been, for whoever must show that they have not. Times in ns.
+struct BeamCounters {
+    std::int64_t master_oscillator_ns = 0;  ///< on
+    std::int64_t gate_ns = 0;               ///< allowed by the tick
+    std::int64_t shutter_ns = 0;            ///< not shut
+    std::int64_t guide_ns = 0;              ///< guide laser on
+    std::uint64_t shuttered = 0;            ///< pulses that the shutter kept back
+};
+/// Takes the place of the guide laser's spot: control time, and the record's places as of a pulse.
+using GuideSink = std::function<void(const trace::PulseRecord&)>;
 
 /// Hard line from e-stop and interlock to the light itself: no firmware in it. design.md allows 1 µs.
 inline constexpr std::int64_t kHardCutNs = 800;
@@ -47,6 +61,9 @@ public:
     void accept(std::int64_t tick, const ServoOutputs& outputs);
     /// Lets the cell live from t_tick to t_tick+1. `acting`: outputs of the tick before, nullptr at the first.
     void play(std::int64_t tick, const ServoOutputs* acting, const PulseSink& sink);
+    [[nodiscard]] ShutterPlant& shutter() noexcept { return shutter_; }
+    /// Where the guide laser shines, each guard period while it is on.
+    void watch_guide(GuideSink sink) { guide_sink_ = std::move(sink); }
 
     /// Encoders on their grids, pm / ndeg.
     [[nodiscard]] AxisPositions encoders() const;
@@ -55,6 +72,7 @@ public:
     /// Time of the last light, −1 when there was none.
     [[nodiscard]] std::int64_t last_pulse_ns() const noexcept { return last_pulse_ns_; }
     [[nodiscard]] const LaserCounters& laser_counters() const noexcept { return laser_.counters(); }
+    [[nodiscard]] const BeamCounters& beam_counters() const noexcept { return beam_; }
     [[nodiscard]] std::uint64_t galvo_words_dropped() const noexcept { return galvo_.dropped(); }
     [[nodiscard]] FaultPlayer& faults() noexcept { return faults_; }
     [[nodiscard]] const std::vector<FaultRecord>& fault_records() const noexcept { return faults_.records(); }
@@ -62,6 +80,9 @@ public:
 
 private:
     void begin_window(std::int64_t t_ns, const ServoOutputs* acting);
+    void read_lines();
+    void shine_guide(std::int64_t t_ns, const ServoOutputs* acting);
+    void show(SourceTrouble trouble);
     void guard(std::int64_t t_ns, bool gate_allowed);
     void move(std::int64_t t_ns, std::size_t first_frame, const ServoOutputs* acting);
     void fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink& sink);
@@ -70,6 +91,8 @@ private:
     [[nodiscard]] trace::PulseRecord record_of(const LaserPulse& pulse, std::int64_t begin_ns) const;
     void run_timed_events(std::int64_t t_ns);
     void apply(const FaultEvent& event, std::int64_t t_ns);
+    void apply_to_laser(FaultAction action);
+    void apply_to_beam(FaultAction action);
     void apply_to_drive(const FaultEvent& event);
     void apply_lines(std::int64_t t_ns);
 
@@ -83,6 +106,9 @@ private:
     GalvoPlant galvo_;
     std::vector<Deflection> deflections_;  ///< at the frame boundaries of the present guard period
     LaserPlant laser_;
+    ShutterPlant shutter_;
+    BeamCounters beam_;
+    GuideSink guide_sink_;
     DigitalInputs lines_;
     std::uint8_t guard_causes_ = 0;
     bool link_connected_ = true;

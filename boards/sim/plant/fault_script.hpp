@@ -22,6 +22,21 @@ enum class FaultAction : std::uint8_t {
     laser_alarm,
     laser_ok,
     laser_not_ready,
+    laser_back_reflection,  ///< as the source's status pins show it, like the six below
+    laser_temperature,
+    laser_main_supply,
+    laser_housekeeping,
+    laser_system,
+    laser_strange,
+    laser_warning,
+    laser_starting,
+    shutter_stuck,      ///< stays where it is
+    shutter_dropped,    ///< its coil burns out, its spring shuts it
+    shutter_unplugged,  ///< neither of its switches reads
+    shutter_ok,
+    key_off,
+    key_setup,
+    key_production,
     galvo_fail,
     galvo_absent,      ///< no head, and a converter that says "all well" for ever
     galvo_float_high,  ///< no head, and a status line that reads as ones
@@ -53,10 +68,11 @@ struct FaultEvent {
 ///     pulse 1000 interlock open    # after the 1000th pulse
 ///     at 4 drive x fault 0x2310
 ///
-/// Subjects: estop open|close, interlock open|close, laser alarm|ok|not_ready, galvo
-/// fail|absent|float_high|float_low|ok, drive x|y|z|c freeze|stall|silent|recover, drive … fault CODE, link
-/// cut|restore. Throws WorldError with file name and line for anything else. Events at a time come out in order of
-/// time.
+/// Subjects: estop open|close, interlock open|close, laser alarm|not_ready (its contacts), laser back_reflection|
+/// temperature|main_supply|housekeeping|system|strange|warning|starting (its pins), laser ok, shutter
+/// stuck|dropped|unplugged|ok, key off|setup|production, galvo fail|absent|float_high|float_low|ok, drive x|y|z|c
+/// freeze|stall|silent|recover, drive … fault CODE, link cut|restore. Throws WorldError with file name and line for
+/// anything else. Events at a time come out in order of time.
 [[nodiscard]] std::vector<FaultEvent> parse_fault_script(std::string_view text, const std::string& file);
 [[nodiscard]] std::vector<FaultEvent> read_fault_script(const std::filesystem::path& file);
 

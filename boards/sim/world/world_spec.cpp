@@ -178,7 +178,9 @@ const std::vector<FlagKey>& flag_keys() {
     static const std::vector<FlagKey> keys{{"inputs.estop_closed", &DigitalInputs::estop_closed},
                                            {"inputs.interlock_closed", &DigitalInputs::interlock_closed},
                                            {"inputs.laser_ready", &DigitalInputs::laser_ready},
-                                           {"inputs.laser_no_alarm", &DigitalInputs::laser_no_alarm}};
+                                           {"inputs.laser_no_alarm", &DigitalInputs::laser_no_alarm},
+                                           {"inputs.key_setup", &DigitalInputs::key_setup},
+                                           {"inputs.key_production", &DigitalInputs::key_production}};
     return keys;
 }
 

@@ -262,15 +262,25 @@ TEST_P(ControllerFault, LatchesWithItsNumberAndStopsTheLightInTime) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, ControllerFault,
-    testing::Values(FaultCase{"estop open", Fault::estop_open, 1'000},
-                    FaultCase{"interlock open", Fault::interlock_open, 1'000},
-                    FaultCase{"laser alarm", Fault::laser_alarm, 110'000},
-                    FaultCase{"galvo fail", Fault::galvo_not_ready, 110'000},
-                    // Seen by the tick that follows what the bus can tell: a drive answers every 2 ms.
-                    FaultCase{"drive x fault 0x2310", Fault::drive_fault, 5'000'000},
-                    FaultCase{"drive y silent", Fault::drive_lost, 9'000'000},
-                    FaultCase{"drive x freeze", Fault::encoder_frozen, 20'000'000},
-                    FaultCase{"drive x stall", Fault::following_error, 40'000'000}),
+    testing::Values(
+        FaultCase{"estop open", Fault::estop_open, 1'000}, FaultCase{"interlock open", Fault::interlock_open, 1'000},
+        FaultCase{"laser alarm", Fault::laser_alarm, 110'000},
+        FaultCase{"laser back_reflection", Fault::laser_back_reflection, 110'000},
+        FaultCase{"laser temperature", Fault::laser_temperature, 110'000},
+        FaultCase{"laser main_supply", Fault::laser_main_supply, 110'000},
+        FaultCase{"laser housekeeping", Fault::laser_housekeeping, 110'000},
+        FaultCase{"laser system", Fault::laser_system, 110'000},
+        FaultCase{"laser strange", Fault::laser_code_unknown, 110'000},
+        FaultCase{"laser starting", Fault::laser_alarm, 110'000},
+        // The blade takes 1.8 ms until its switch lets go, and is still out of the beam then.
+        FaultCase{"shutter dropped", Fault::shutter, 2'000'000},
+        FaultCase{"shutter unplugged", Fault::shutter, 110'000}, FaultCase{"key setup", Fault::key_turned, 110'000},
+        FaultCase{"key off", Fault::key_turned, 110'000}, FaultCase{"galvo fail", Fault::galvo_not_ready, 110'000},
+        // Seen by the tick that follows what the bus can tell: a drive answers every 2 ms.
+        FaultCase{"drive x fault 0x2310", Fault::drive_fault, 5'000'000},
+        FaultCase{"drive y silent", Fault::drive_lost, 9'000'000},
+        FaultCase{"drive x freeze", Fault::encoder_frozen, 20'000'000},
+        FaultCase{"drive x stall", Fault::following_error, 40'000'000}),
     [](const auto& fault_case) {
         std::string name = fault_case.param.script;
         for (char& c : name) {

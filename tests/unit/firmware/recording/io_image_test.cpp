@@ -33,7 +33,7 @@ struct Fed {
         inputs.tick = -1234567890123;
         inputs.link_rx = link;
         inputs.drive_rx = drives;
-        inputs.digital = {true, false, true, false};
+        inputs.digital = {true, false, true, false, true, false, true, false, 0xB};
         inputs.galvo_status = 0xFDFD;
         inputs.guard_causes = 9;
     }
@@ -63,7 +63,7 @@ std::unique_ptr<ServoOutputs> full_outputs(bool moving) {
         pulse = {7, 2, 99, static_cast<std::uint32_t>(n), n << 30, {n, -n, n << 44}, n * 1000};
         ++n;
     }
-    out->digital = {true, false, true, false, true};
+    out->digital = {true, false, true, false, true, true};
     out->gate_allowed = true;
     out->state = 9;
     out->faults = 1ULL << 63U;

@@ -19,6 +19,8 @@ MarkContext good() {
             .interlocks_closed = true,
             .laser_healthy = true,
             .galvo_healthy = true,
+            .shutter_open = true,
+            .key_production = true,
             .faults = 0,
             .path_speed = 50_mm_s,
             .path_speed_min = 2_mm_s};
@@ -35,6 +37,8 @@ TEST(LaserRule, EachConditionAloneForbids) {
         [](MarkContext& c) { c.interlocks_closed = false; },
         [](MarkContext& c) { c.laser_healthy = false; },
         [](MarkContext& c) { c.galvo_healthy = false; },
+        [](MarkContext& c) { c.shutter_open = false; },
+        [](MarkContext& c) { c.key_production = false; },
         [](MarkContext& c) { c.faults = 1U << 5U; },
         [](MarkContext& c) { c.path_speed = 1.999_mm_s; },
         [](MarkContext& c) { c.path_speed = -50.0_mm_s; },

@@ -100,6 +100,8 @@ const std::vector<Bad>& bad_configs() {
         {"galvo speed 0", [](MachineConfig& m) { m.galvo.speed = {}; }},
         {"laser power 0", [](MachineConfig& m) { m.laser.power = {}; }},
         {"pulse rates crossed", [](MachineConfig& m) { m.laser.prr_min = 2.0 * m.laser.prr_nominal; }},
+        {"guide speed 0", [](MachineConfig& m) { m.laser.guide_speed_max = {}; }},
+        {"shutter time 0", [](MachineConfig& m) { m.laser.shutter_time_ns = 0; }},
         {"mo wait negative", [](MachineConfig& m) { m.laser.mo_wait_ns = -1; }},
         {"retracted outside travel", [](MachineConfig& m) { m.y_retracted = Length::from_si(0.1); }},
         {"park tolerance 0", [](MachineConfig& m) { m.park_tolerance = {}; }},
@@ -126,6 +128,14 @@ TEST(Config, RefusesEveryParameterOutOfItsRange) {
 TEST(Config, RefusesAnUnknownGalvoConvention) {
     MachineConfig machine = sc::reference_machine();
     machine.galvo.convention = static_cast<sc::GalvoConvention>(3);
+    EXPECT_EQ(deserialise(bytes_of(machine)).error(), Refusal::bad_config);
+}
+
+TEST(Config, TheLasersSourceComesBackAndAnUnknownOneIsRefused) {
+    MachineConfig machine = sc::reference_machine();
+    machine.laser.source = sc::LaserSource::raycus;
+    EXPECT_EQ(deserialise(bytes_of(machine))->laser.source, sc::LaserSource::raycus);
+    machine.laser.source = static_cast<sc::LaserSource>(4);
     EXPECT_EQ(deserialise(bytes_of(machine)).error(), Refusal::bad_config);
 }
 

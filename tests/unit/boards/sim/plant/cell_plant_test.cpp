@@ -19,7 +19,7 @@ constexpr std::int64_t kMs = 1'000'000;
 /// A cell without errors and without a workpiece.
 WorldSpec empty_cell() {
     WorldSpec spec;
-    spec.inputs = {true, true, true, true};
+    spec.inputs = {true, true, true, true, false, false, false, true};
     return spec;
 }
 
@@ -41,7 +41,9 @@ public:
     explicit Bench(const char* script = "", const MachineConfig& machine = reference_machine())
         : machine_(machine),
           world_(empty_cell()),
-          plant_(machine_, world_, parse_fault_script(script, "s.txt"), safety::frame_guard) {}
+          plant_(machine_, world_, parse_fault_script(script, "s.txt"), safety::frame_guard) {
+        plant_.shutter().put(1.0);
+    }
 
     /// One tick: `shape` fills in its outputs. Returns the inputs that it began with.
     template <class Shape>
@@ -54,7 +56,7 @@ public:
         for (GalvoFrame& frame : out.galvo) {
             frame.word_x = frame.word_z = word_at(machine_, 0.0);
         }
-        out.digital.master_oscillator = true;
+        out.digital.master_oscillator = out.digital.shutter_open = true;
         out.gate_allowed = true;
         shape(out, (tick_ + 1) * kMs);
         plant_.accept(tick_, out);
@@ -142,25 +144,30 @@ TEST_P(CellPlantEdge, LaserIsOffInTimeWhateverThePhase) {
         EXPECT_GE(bench.pulses_.back().t_ns, edge - 12'500) << script;
         EXPECT_EQ(bench.plant_.last_pulse_ns(), bench.pulses_.back().t_ns);
         ServoInputs inputs = bench.tick(Bench::dark);
-        EXPECT_EQ(inputs.guard_causes, GetParam().cause);
+        // The hard line has shut the shutter too, and this controller still allows the gate.
+        const unsigned shutter = GetParam().cause <= 2 ? static_cast<unsigned>(GuardCause::shutter) : 0U;
+        EXPECT_EQ(inputs.guard_causes & ~shutter, GetParam().cause);
     }
 }
 INSTANTIATE_TEST_SUITE_P(Events, CellPlantEdge,
                          testing::Values(Edge{"estop open", 1'000, 1}, Edge{"interlock open", 1'000, 2},
-                                         Edge{"laser alarm", 110'000, 4}, Edge{"galvo fail", 110'000, 8}));
+                                         Edge{"laser alarm", 110'000, 4}, Edge{"galvo fail", 110'000, 8},
+                                         Edge{"laser temperature", 110'000, 4}, Edge{"shutter unplugged", 110'000, 16},
+                                         Edge{"key setup", 110'000, 32}));
 
 TEST(CellPlant, HardLineNeedsNoFirmware) {
     const GuardFunction blind = [](const GuardInputs&) noexcept { return GuardVeto{false, 0}; };
     const World world(empty_cell());
     const MachineConfig machine = reference_machine();
     CellPlant plant(machine, world, parse_fault_script("at 0.02 estop open", "s"), blind);
+    plant.shutter().put(1.0);
     std::vector<trace::PulseRecord> pulses;
     std::array<std::unique_ptr<ServoOutputs>, 2> outputs{std::make_unique<ServoOutputs>(),
                                                          std::make_unique<ServoOutputs>()};
     for (std::int64_t tick = 0; tick < 30; ++tick) {
         ServoOutputs& out = *outputs[static_cast<std::size_t>(tick % 2)];
         out = {};
-        out.digital.master_oscillator = out.gate_allowed = true;
+        out.digital.master_oscillator = out.digital.shutter_open = out.gate_allowed = true;
         Bench::mark(out, (tick + 1) * kMs);
         plant.accept(tick, out);
         plant.play(tick, tick == 0 ? nullptr : outputs[static_cast<std::size_t>((tick + 1) % 2)].get(),
@@ -204,17 +211,51 @@ TEST(CellPlant, LinesReachTheInputsAndComeBack) {
         while (bench.tick_ < tick) {
             bench.tick(Bench::dark);
         }
-        return bench.tick(Bench::dark).digital;
+        const DigitalInputs in = bench.tick(Bench::dark).digital;
+        return std::array{in.estop_closed, in.interlock_closed, in.laser_ready, in.laser_no_alarm};
     };
-    EXPECT_EQ(at(4), (DigitalInputs{true, true, true, true}));
-    EXPECT_EQ(at(6), (DigitalInputs{false, true, true, true}));
-    EXPECT_EQ(at(9), (DigitalInputs{false, true, false, false}));
-    EXPECT_EQ(at(11), (DigitalInputs{true, true, true, true}));
+    EXPECT_EQ(at(4), (std::array{true, true, true, true}));
+    EXPECT_EQ(at(6), (std::array{false, true, true, true}));
+    EXPECT_EQ(at(9), (std::array{false, true, false, false}));
+    EXPECT_EQ(at(11), (std::array{true, true, true, true}));
     EXPECT_TRUE(bench.plant_.link_connected());
     (void)at(13);
     EXPECT_FALSE(bench.plant_.link_connected());
     (void)at(15);
     EXPECT_TRUE(bench.plant_.link_connected());
+}
+
+TEST(CellPlant, TheShutterKeepsTheLightBackUntilItIsOpen) {
+    Bench bench;
+    bench.plant_.shutter().put(0.0);
+    bench.mark_until(80);
+    // Commanded from 1 ms on; light passes when 95 % of 60 ms are over. The guard, which sees it, lets none through
+    // before.
+    ASSERT_FALSE(bench.pulses_.empty());
+    EXPECT_GE(bench.pulses_.front().t_ns, 58 * kMs);
+    EXPECT_LE(bench.pulses_.front().t_ns, 62 * kMs);
+}
+
+TEST(CellPlant, TheHardLineShutsTheShutterToo) {
+    Bench bench("at 0.02 interlock open\n");
+    bench.mark_until(100);
+    EXPECT_TRUE(bench.plant_.shutter().reads_closed()) << "the command still says open";
+}
+
+TEST(CellPlant, KeyAndShutterReachTheInputs) {
+    Bench bench("at 0.005 key setup\nat 0.010 key off\nat 0.015 key production\nat 0.02 shutter unplugged\n");
+    const auto at = [&](std::int64_t tick) {
+        while (bench.tick_ < tick) {
+            bench.tick(Bench::dark);
+        }
+        return bench.tick(Bench::dark).digital;
+    };
+    EXPECT_EQ(key_mode(at(4)), KeyMode::production);
+    EXPECT_EQ(key_mode(at(7)), KeyMode::setup);
+    EXPECT_EQ(key_mode(at(12)), KeyMode::off);
+    EXPECT_EQ(key_mode(at(17)), KeyMode::production);
+    EXPECT_TRUE(shutter_reads_open(at(18)));
+    EXPECT_FALSE(shutter_reads_open(at(22)));
 }
 
 TEST(CellPlant, BadGalvoWordsAreCounted) {
@@ -229,6 +270,7 @@ TEST(CellPlant, PulseLandsWhereMirrorsWereATrackingTimeAgo) {
     machine.galvo.counts_per_metre = 4e6;  // 8 mm either side, a grid of 0.25 um
     const World world = cell_with_sheet();
     CellPlant plant(machine, world, {}, safety::frame_guard);
+    plant.shutter().put(1.0);
     std::vector<trace::PulseRecord> pulses;
     std::array<std::unique_ptr<ServoOutputs>, 2> outputs{std::make_unique<ServoOutputs>(),
                                                          std::make_unique<ServoOutputs>()};
@@ -237,7 +279,7 @@ TEST(CellPlant, PulseLandsWhereMirrorsWereATrackingTimeAgo) {
     for (std::int64_t tick = 0; tick < 30; ++tick) {
         ServoOutputs& out = *outputs[static_cast<std::size_t>(tick % 2)];
         out = {};
-        out.digital.master_oscillator = out.gate_allowed = true;
+        out.digital.master_oscillator = out.digital.shutter_open = out.gate_allowed = true;
         const std::int64_t window = (tick + 1) * kMs;
         for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
             const double x = command(window + static_cast<std::int64_t>(k) * 10'000);

@@ -34,6 +34,19 @@ TEST(FaultScript, ReadsEveryKindOfEvent) {
     EXPECT_EQ(events[19].action, FaultAction::galvo_float_low);
 }
 
+TEST(FaultScript, KnowsShutterKeyAndTheSourcesPins) {
+    const auto events = parse_fault_script(
+        "at 1 shutter stuck\nat 2 shutter dropped\nat 3 shutter unplugged\nat 4 shutter ok\nat 5 key off\n"
+        "at 6 key setup\nat 7 key production\nat 8 laser back_reflection\nat 9 laser starting\n",
+        "s.txt");
+    ASSERT_EQ(events.size(), 9U);
+    EXPECT_EQ(events[0].action, FaultAction::shutter_stuck);
+    EXPECT_EQ(events[3].action, FaultAction::shutter_ok);
+    EXPECT_EQ(events[5].action, FaultAction::key_setup);
+    EXPECT_EQ(events[7].action, FaultAction::laser_back_reflection);
+    EXPECT_EQ(events[8].action, FaultAction::laser_starting);
+}
+
 TEST(FaultScript, SortsByTime) {
     const auto events = parse_fault_script("at 2 link restore\nat 1 link cut\n", "s.txt");
     EXPECT_EQ(events[0].action, FaultAction::link_cut);

@@ -32,7 +32,7 @@ TEST(WorldFile, DefaultWorldHoldsTheStatedErrorsInSiUnits) {
     EXPECT_DOUBLE_EQ(spec.galvo.offset_x, 35e-6);
     EXPECT_DOUBLE_EQ(spec.galvo.gain_z, 0.998);
     EXPECT_DOUBLE_EQ(spec.galvo.tracking, 160e-6);
-    EXPECT_EQ(spec.inputs, (DigitalInputs{true, true, true, true}));
+    EXPECT_EQ(spec.inputs, (DigitalInputs{true, true, true, true, false, false, false, true}));
     ASSERT_EQ(spec.meshes.size(), 1U);
     EXPECT_TRUE(std::filesystem::exists(spec.meshes[0].path));
 }
