@@ -57,6 +57,7 @@ public:
     /// Outputs of the last tick.
     [[nodiscard]] const ServoOutputs& latest() const noexcept { return *outputs_[newest_]; }
     [[nodiscard]] CellPlant& plant() noexcept { return plant_; }
+    [[nodiscard]] const CellPlant& plant() const noexcept { return plant_; }
     [[nodiscard]] const World& world() const noexcept { return world_; }
 
     [[nodiscard]] CellReport report() const;

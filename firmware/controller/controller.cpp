@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/controller/controller.hpp"
 
+#include <span>
+
 #include "shared/machine/source_status.hpp"
 
 namespace sc {
@@ -29,6 +31,7 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id) noex
       shutter_(machine.laser.shutter_time_ns, machine.control_period_ns),
       following_(machine_),
       head_(machine.galvo),
+      power_(machine.laser),
       runner_(machine) {}
 
 bool Controller::homed() const noexcept {
@@ -212,6 +215,19 @@ void Controller::gate(const ServoInputs& in, ServoOutputs& out) noexcept {
     }
     out.cancel_laser = cancel_ || state() == State::fault;
     cancel_ = false;
+    latch_power(out);
+}
+
+/// The byte is 0 while the master oscillator is off; else each run has its own.
+void Controller::latch_power(ServoOutputs& out) noexcept {
+    out.clear_power = !mo_.on();
+    if (out.cancel_laser) {
+        power_.forget();
+    }
+    if (out.clear_power) {
+        power_.cleared();
+    }
+    power_.step(std::span(out.laser).first(out.laser_size));
 }
 
 void Controller::lines(ServoOutputs& out) noexcept {

@@ -8,6 +8,7 @@
 #include "firmware/drives/drive_master.hpp"
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/head_proof.hpp"
+#include "firmware/laser/power_port.hpp"
 #include "firmware/link/endpoint.hpp"
 #include "firmware/safety/laser_rule.hpp"
 #include "firmware/safety/shutter_watch.hpp"
@@ -89,6 +90,7 @@ private:
     void drop_aborted() noexcept;
     void close_job() noexcept;
     void gate(const ServoInputs& in, ServoOutputs& out) noexcept;
+    void latch_power(ServoOutputs& out) noexcept;
     void lines(ServoOutputs& out) noexcept;
     void drive(const ServoInputs& in, ServoOutputs& out) noexcept;
     void follow_drives() noexcept;
@@ -104,6 +106,7 @@ private:
     bool shutter_open_ = false;  ///< the command that is in force
     safety::FollowingWatch following_;
     laser::HeadProof head_;
+    laser::PowerPort power_;
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
     GalvoField field_;               ///< as it comes over the link, in part
     std::size_t field_numbers_ = 0;

@@ -115,6 +115,10 @@ struct LaserRun {
     std::uint16_t count = 0;        ///< pulses
     std::uint8_t pick = 1;          ///< the source's rate is pick times the pulse rate
     std::uint8_t power = 0;         ///< power byte
+    /// The board lays the byte on its lines LaserConfig::latch_setup_ns before the latch, raises the latch so long
+    /// before t0, and lets it fall after latch_width_ns. 0: the byte is in force already, no strobe. May reach into the
+    /// window before by some 10 µs.
+    std::uint16_t latch_ns = 0;
 };
 
 /// A pulse in the path domain: what `command_trace_sha256` is made over. Independent of latencies and of when data
@@ -142,6 +146,7 @@ struct ServoOutputs {
     std::size_t pulses_size = 0;
     DigitalOutputs digital;
     bool gate_allowed = false;  ///< what frame_guard may let through in the window of this tick
+    bool clear_power = false;   ///< with the window of this tick the power byte 0 is latched, unless it is already
     bool cancel_laser = false;  ///< shut the gate now and drop every queued run
     std::uint8_t state = 0;     ///< firmware/safety State, for traces
     std::uint64_t faults = 0;

@@ -108,6 +108,7 @@ void put(ByteWriter& out, const LaserRun& run) noexcept {
     out.put(run.count);
     out.put(run.pick);
     out.put(run.power);
+    out.put(run.latch_ns);
 }
 LaserRun get_laser_run(ByteReader& in) noexcept {
     LaserRun run;
@@ -117,6 +118,7 @@ LaserRun get_laser_run(ByteReader& in) noexcept {
     run.count = in.get<std::uint16_t>();
     run.pick = in.get<std::uint8_t>();
     run.power = in.get<std::uint8_t>();
+    run.latch_ns = in.get<std::uint16_t>();
     return run;
 }
 void put(ByteWriter& out, const PathPulse& pulse) noexcept {
@@ -202,7 +204,8 @@ std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out, Outpu
     }
     end_part(OutputPart::pulses);
     writer.put(bits_of(outputs.digital));
-    writer.put(static_cast<std::uint8_t>((outputs.gate_allowed ? 1U : 0U) | (outputs.cancel_laser ? 2U : 0U)));
+    writer.put(static_cast<std::uint8_t>((outputs.gate_allowed ? 1U : 0U) | (outputs.cancel_laser ? 2U : 0U) |
+                                         (outputs.clear_power ? 4U : 0U)));
     writer.put(outputs.state);
     writer.put(outputs.faults);
     end_part(OutputPart::lines);
@@ -231,6 +234,7 @@ bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept
     const auto flags = reader.get<std::uint8_t>();
     outputs.gate_allowed = (flags & 1U) != 0;
     outputs.cancel_laser = (flags & 2U) != 0;
+    outputs.clear_power = (flags & 4U) != 0;
     outputs.state = reader.get<std::uint8_t>();
     outputs.faults = reader.get<std::uint64_t>();
     return reader.exhausted();
@@ -238,7 +242,7 @@ bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept
 
 void clear(ServoOutputs& outputs) noexcept {
     outputs.link_tx_size = outputs.drive_tx_size = outputs.laser_size = outputs.pulses_size = 0;
-    outputs.gate_allowed = outputs.cancel_laser = false;
+    outputs.gate_allowed = outputs.cancel_laser = outputs.clear_power = false;
 }
 
 }  // namespace sc::recording

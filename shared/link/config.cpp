@@ -24,10 +24,10 @@ constexpr void visit_galvo(Visitor& v, Config& g) noexcept {
 }
 template <class Visitor, class Config>
 constexpr void visit_laser(Visitor& v, Config& l) noexcept {
-    auto& [power, prr_min, prr_nominal, warning, mo_wait, latency, mark_speed_min, guide_speed, shutter_time, source] =
-        l;
+    auto& [power, prr_min, prr_nominal, warning, mo_wait, latency, mark_speed_min, guide_speed, shutter_time,
+           latch_setup, latch_width, source] = l;
     v(power), v(prr_min), v(prr_nominal), v(warning), v(mo_wait), v(latency), v(mark_speed_min);
-    v(guide_speed), v(shutter_time), v(source);
+    v(guide_speed), v(shutter_time), v(latch_setup), v(latch_width), v(source);
 }
 template <class Visitor, class Config>
 constexpr void visit_keep_out(Visitor& v, Config& k) noexcept {
@@ -150,10 +150,14 @@ bool galvo_is_sound(const GalvoConfig& g) noexcept {
            positive(g.jerk.si()) && positive(g.counts_per_metre) && g.latency_ns >= 0;
 }
 
+/// A strobe is over long before the next tick.
+constexpr bool in_microseconds(std::int64_t ns) noexcept { return ns >= 0 && ns <= 20'000; }
+
 bool laser_is_sound(const LaserConfig& l) noexcept {
     return positive(l.power.si()) && positive(l.prr_min.si()) && positive(l.prr_nominal.si()) &&
            l.prr_min <= l.prr_nominal && l.warning_ns >= 0 && l.mo_wait_ns >= 0 && l.latency_ns >= 0 &&
-           not_negative(l.mark_speed_min.si()) && positive(l.guide_speed_max.si()) && l.shutter_time_ns > 0;
+           not_negative(l.mark_speed_min.si()) && positive(l.guide_speed_max.si()) && l.shutter_time_ns > 0 &&
+           in_microseconds(l.latch_setup_ns) && in_microseconds(l.latch_width_ns);
 }
 
 bool times_are_sound(const MachineConfig& m) noexcept {

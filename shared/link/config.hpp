@@ -16,7 +16,7 @@
 namespace sc::link {
 
 inline constexpr std::uint16_t kConfigVersion = 3;
-inline constexpr std::size_t kConfigSize = 870;
+inline constexpr std::size_t kConfigSize = 886;
 
 /// No heap, any context, one pass.
 void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize> out) noexcept;

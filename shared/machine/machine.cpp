@@ -57,6 +57,9 @@ MachineConfig reference_machine() noexcept {
     m.laser.mark_speed_min = 2.0_mm_s;
     m.laser.guide_speed_max = 100.0_mm_s;
     m.laser.shutter_time_ns = 500'000'000;
+    // Type D asks for 1 us and 2 us.
+    m.laser.latch_setup_ns = 1'250;
+    m.laser.latch_width_ns = 2'500;
     m.laser.source = LaserSource::jpt;
 
     // The workpiece swings within 240 mm of the table's axis at y = -470 mm: at y >= -200 mm nothing can be met.

@@ -68,6 +68,8 @@ struct LaserConfig {
     Speed mark_speed_min;              ///< the gate stays shut below this path speed
     Speed guide_speed_max;             ///< of a path in a preview: an eye must be able to follow the guide laser
     std::int64_t shutter_time_ns = 0;  ///< the shutter's read-back may disagree with its command for so long
+    std::int64_t latch_setup_ns = 0;   ///< the power byte stands on its lines so long before the latch rises
+    std::int64_t latch_width_ns = 0;   ///< and the latch stays up so long
     LaserSource source = LaserSource::none;
 };
 

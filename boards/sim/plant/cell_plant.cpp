@@ -90,6 +90,9 @@ void CellPlant::play(std::int64_t tick, const ServoOutputs* acting, const PulseS
 
 void CellPlant::begin_window(std::int64_t t_ns, const ServoOutputs* acting) {
     laser_.set_master_oscillator(acting != nullptr && acting->digital.master_oscillator, t_ns);
+    if (acting == nullptr || acting->clear_power) {
+        laser_.clear_power(t_ns);
+    }
     shutter_.command(acting != nullptr && acting->digital.shutter_open);
     if (acting == nullptr) {
         return;

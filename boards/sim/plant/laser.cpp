@@ -31,6 +31,9 @@ void LaserPlant::set_master_oscillator(bool on, std::int64_t t_ns) noexcept {
 void LaserPlant::queue(const LaserRun& run, bool allowed) {
     if (allowed) {
         runs_.push_back({run});
+        if (run.latch_ns > 0) {
+            strobe(run.t0_ns - run.latch_ns, run.power);
+        }
     } else {
         counters_.not_allowed += run.count;
     }
@@ -40,23 +43,55 @@ void LaserPlant::cancel(std::int64_t from_ns) {
     for (Queued& queued : runs_) {
         queued.end_ns = std::min(queued.end_ns, from_ns);
     }
+    std::erase_if(strobes_, [from_ns](const Strobe& s) { return s.laid_ns >= from_ns; });
 }
 
 void LaserPlant::shut_gate(std::int64_t from_ns) noexcept { gate_shut_ns_ = std::min(gate_shut_ns_, from_ns); }
 
 void LaserPlant::cut_light(std::int64_t from_ns) noexcept { light_cut_ns_ = std::min(light_cut_ns_, from_ns); }
 
-double LaserPlant::power_at(std::int64_t t_ns, std::uint8_t byte) {
-    const auto target = [this](std::uint8_t code) { return config_.power.si() * code / 255.0; };
-    if (truth_.power_time_constant <= 0.0) {
-        return target(byte);
+void LaserPlant::strobe(std::int64_t rise_ns, std::uint8_t byte) {
+    strobes_.push_back({rise_ns - config_.latch_setup_ns, rise_ns, rise_ns + config_.latch_width_ns, byte});
+}
+
+void LaserPlant::clear_power(std::int64_t t_ns) {
+    const std::uint8_t last = strobes_.empty() ? byte_ : strobes_.back().byte;
+    if (last != 0) {
+        strobe(t_ns + config_.latch_setup_ns, 0);
     }
-    // Until this trigger the byte of the one before was in force.
-    const double before = target(byte_);
-    const double elapsed = static_cast<double>(t_ns - power_ns_) * 1e-9;
-    power_ = before + (power_ - before) * std::exp(-elapsed / truth_.power_time_constant);
+    take_strobes(t_ns);
+}
+
+void LaserPlant::take_strobes(std::int64_t until_ns) {
+    while (!strobes_.empty() && strobes_.front().rise_ns <= until_ns) {
+        const Strobe s = strobes_.front();
+        strobes_.pop_front();
+        const bool good = s.rise_ns - s.laid_ns >= kLatchSetupNs && s.fall_ns - s.rise_ns >= kLatchWidthNs &&
+                          s.laid_ns >= last_fall_ns_;
+        last_fall_ns_ = s.fall_ns;
+        if (!good) {
+            ++counters_.bad_strobes;
+            continue;
+        }
+        ++counters_.strobes;
+        relax(s.rise_ns);
+        byte_ = s.byte;
+    }
+}
+
+void LaserPlant::relax(std::int64_t t_ns) {
+    if (truth_.power_time_constant > 0.0) {
+        const double elapsed = static_cast<double>(t_ns - power_ns_) * 1e-9;
+        power_ = target() + (power_ - target()) * std::exp(-elapsed / truth_.power_time_constant);
+    }
     power_ns_ = t_ns;
-    byte_ = byte;
+}
+
+double LaserPlant::power_at(std::int64_t t_ns) {
+    if (truth_.power_time_constant <= 0.0) {
+        return target();
+    }
+    relax(t_ns);
     return power_;
 }
 
@@ -92,9 +127,11 @@ LaserPulse LaserPlant::shoot(const Queued& queued, std::int64_t trigger_ns, std:
     if (rate < config_.prr_min.si() * 0.999 || rate > config_.prr_nominal.si() * 1.001) {
         ++counters_.out_of_rate;
     }
+    take_strobes(trigger_ns);
+    counters_.wrong_power += byte_ != queued.run.power ? 1 : 0;
     LaserPulse pulse{light_ns};
     const double gain = gain_at(trigger_ns, static_cast<double>(period_ns256(queued.run, queued.done)) / 256.0);
-    const double energy_nj = power_at(trigger_ns, queued.run.power) * gain * period_ns;
+    const double energy_nj = power_at(trigger_ns) * gain * period_ns;
     pulse.energy_nj = static_cast<std::uint32_t>(std::clamp(energy_nj + 0.5, 0.0, 4e9));
     pulse.lit = oscillator_on_ns_ != kNever && trigger_ns - oscillator_on_ns_ >= config_.mo_wait_ns;
     if (!pulse.lit) {

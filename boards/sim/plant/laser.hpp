@@ -27,11 +27,19 @@ struct LaserCounters {
     std::uint64_t cut = 0;          ///< stopped by the hard line
     std::uint64_t out_of_rate = 0;  ///< source rate outside [prr_min, prr_nominal]
     std::uint64_t disordered = 0;   ///< triggers earlier than the one before
+    std::uint64_t strobes = 0;      ///< of the power byte's latch, as they should be
+    std::uint64_t bad_strobes = 0;  ///< too short a setup or width, or lines that change meanwhile: no byte is taken
+    std::uint64_t wrong_power = 0;  ///< pulses made with another power byte than their run names
 };
+
+/// What a type-D source asks of its power port.
+inline constexpr std::int64_t kLatchSetupNs = 1'000;
+inline constexpr std::int64_t kLatchWidthNs = 2'000;
 
 /// Pulsed fibre laser with its gate. It takes runs of triggers with absolute times and gives pulses in order of time.
 /// Energy of a pulse = average power at its byte / source rate, source rate = pick / period, but for the first ones
-/// after a pause: the gain that has built up makes them stronger (or, with a first-pulse killer, weaker). Four things
+/// after a pause: the gain that has built up makes them stronger (or, with a first-pulse killer, weaker). The byte is
+/// what the source has taken at the last good edge of its latch, whatever the run says. Four things
 /// can stop a trigger: the run was not allowed, it was cancelled, the gate is shut, or the hard line cuts the light
 /// itself. One thread; some 10 ns a pulse.
 class LaserPlant {
@@ -45,6 +53,8 @@ public:
     void cancel(std::int64_t from_ns);
     /// Gate shut for triggers from `from_ns` on, until `open_gate`.
     void shut_gate(std::int64_t from_ns) noexcept;
+    /// The byte 0 is laid on the port and latched, unless it is in force.
+    void clear_power(std::int64_t t_ns);
     void open_gate() noexcept { gate_shut_ns_ = kNever; }
     /// Hard line: no light from `from_ns` on, whatever firmware says, until `restore_light`.
     void cut_light(std::int64_t from_ns) noexcept;
@@ -61,7 +71,18 @@ private:
         std::int64_t done = 0;         ///< pulses given
         std::int64_t end_ns = kNever;  ///< triggers from here on are cancelled
     };
-    [[nodiscard]] double power_at(std::int64_t t_ns, std::uint8_t byte);
+    /// What the board does with the port: the byte stands from `laid`, the latch is up from `rise` to `fall`.
+    struct Strobe {
+        std::int64_t laid_ns = 0;
+        std::int64_t rise_ns = 0;
+        std::int64_t fall_ns = 0;
+        std::uint8_t byte = 0;
+    };
+    void strobe(std::int64_t rise_ns, std::uint8_t byte);
+    void take_strobes(std::int64_t until_ns);
+    [[nodiscard]] double target() const { return config_.power.si() * byte_ / 255.0; }
+    void relax(std::int64_t t_ns);
+    [[nodiscard]] double power_at(std::int64_t t_ns);
     [[nodiscard]] double gain_at(std::int64_t t_ns, double period_ns);
     [[nodiscard]] bool stopped(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns);
     [[nodiscard]] LaserPulse shoot(const Queued& queued, std::int64_t trigger_ns, std::int64_t light_ns);
@@ -73,8 +94,10 @@ private:
     std::int64_t light_cut_ns_ = kNever;
     std::int64_t oscillator_on_ns_ = kNever;
     std::int64_t last_trigger_ns256_ = std::numeric_limits<std::int64_t>::min();
-    double power_ = 0.0;  ///< W, at power_ns_; used with a time constant only
-    std::uint8_t byte_ = 0;
+    std::deque<Strobe> strobes_;
+    std::int64_t last_fall_ns_ = std::numeric_limits<std::int64_t>::min();
+    double power_ = 0.0;     ///< W, at power_ns_; used with a time constant only
+    std::uint8_t byte_ = 0;  ///< that the source has taken
     std::int64_t power_ns_ = 0;
     double excess_ = 0.0;  ///< of the gain, at the last pulse
     std::optional<std::int64_t> gain_ns_;

@@ -105,6 +105,42 @@ TEST(Beam, AnAlarmOfTheSourceMustBeGoneBeforeItsFaultIsReset) {
     EXPECT_EQ(rig.command(link::Verb::reset_fault).refusal, 0);
 }
 
+TEST(Beam, EveryPulseIsMadeWithTheByteItWasPlannedFor) {
+    // The bent line has ramps and a corner: the byte follows the rate of the source all along.
+    const sim::LaserCounters& laser = undisturbed().cell().plant().laser_counters();
+    EXPECT_GT(laser.strobes, 50U);
+    EXPECT_EQ(laser.bad_strobes, 0U);
+    EXPECT_EQ(laser.wrong_power, 0U);
+}
+
+TEST(Beam, ABoardWithTooShortAStrobeLosesTheEnergy) {
+    CellRig::Options options;
+    options.machine.laser.latch_setup_ns = 500;
+    CellRig rig(options);
+    rig.make_ready();
+    ASSERT_EQ(rig.open_job(short_job()).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }, 60'000));
+    const sim::LaserCounters& laser = rig.cell().plant().laser_counters();
+    EXPECT_GT(laser.bad_strobes, 0U);
+    EXPECT_EQ(laser.wrong_power, rig.pulses().size());
+    EXPECT_EQ(rig.pulses().at(0).energy_nj, 0U);
+}
+
+TEST(Beam, ThePowerByteIsNoughtBeforeTheMasterOscillatorIsOnAndAfterAFault) {
+    CellRig rig(with_script("pulse 100 laser system\n"));
+    rig.make_ready();
+    EXPECT_FALSE(rig.cell().latest().clear_power);
+    ASSERT_EQ(rig.open_job(short_job()).refusal, 0);
+    ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::fault, 20'000));
+    rig.ticks(3);
+    EXPECT_TRUE(rig.cell().latest().clear_power);
+    const std::uint64_t strobes = rig.cell().plant().laser_counters().strobes;
+    rig.ticks(20);
+    EXPECT_EQ(rig.cell().plant().laser_counters().strobes, strobes) << "cleared once";
+}
+
 TEST(Beam, EverySourceArmsByItsOwnTable) {
     for (const LaserSource source : {LaserSource::none, LaserSource::ipg, LaserSource::raycus, LaserSource::jpt}) {
         CellRig::Options options;

@@ -39,6 +39,7 @@ public:
     explicit CellRig(const Options& options);
 
     sim::SimCell& cell() { return *cell_; }
+    const sim::SimCell& cell() const { return *cell_; }
     State state() const { return cell_->state(); }
     const std::vector<trace::PulseRecord>& pulses() const { return pulses_; }
     const std::vector<PathPulse>& path_pulses() const { return path_pulses_; }

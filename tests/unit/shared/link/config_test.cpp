@@ -101,6 +101,8 @@ const std::vector<Bad>& bad_configs() {
         {"laser power 0", [](MachineConfig& m) { m.laser.power = {}; }},
         {"pulse rates crossed", [](MachineConfig& m) { m.laser.prr_min = 2.0 * m.laser.prr_nominal; }},
         {"guide speed 0", [](MachineConfig& m) { m.laser.guide_speed_max = {}; }},
+        {"latch setup negative", [](MachineConfig& m) { m.laser.latch_setup_ns = -1; }},
+        {"latch too wide", [](MachineConfig& m) { m.laser.latch_width_ns = 20'001; }},
         {"shutter time 0", [](MachineConfig& m) { m.laser.shutter_time_ns = 0; }},
         {"mo wait negative", [](MachineConfig& m) { m.laser.mo_wait_ns = -1; }},
         {"retracted outside travel", [](MachineConfig& m) { m.y_retracted = Length::from_si(0.1); }},

@@ -72,7 +72,7 @@ public:
         }
     }
     static void mark(ServoOutputs& out, std::int64_t window_ns) {
-        out.laser[0] = {window_ns, 12'500 * 256, 0, 80, 1, 255};
+        out.laser[0] = {window_ns, 12'500 * 256, 0, 80, 1, 255, 5'000};
         out.laser_size = 1;
     }
     static void dark(ServoOutputs& out, std::int64_t) { out.gate_allowed = false; }
@@ -286,7 +286,7 @@ TEST(CellPlant, PulseLandsWhereMirrorsWereATrackingTimeAgo) {
             out.galvo[k].word_x = word_at(machine, x);
             out.galvo[k].word_z = word_at(machine, 0.0);
         }
-        out.laser[0] = {window + 3'217, 47'000 * 256, 0, 20, 1, 255};
+        out.laser[0] = {window + 3'217, 47'000 * 256, 0, 20, 1, 255, 5'000};
         out.laser_size = 1;
         plant.accept(tick, out);
         plant.play(tick, tick == 0 ? nullptr : outputs[static_cast<std::size_t>((tick + 1) % 2)].get(),

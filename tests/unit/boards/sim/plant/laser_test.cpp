@@ -14,7 +14,7 @@ constexpr std::int64_t kAll = 1'000'000'000'000;
 class Laser : public testing::Test {
 protected:
     static LaserRun run(std::int64_t t0_ns, std::uint16_t count, std::int64_t period_ns = 12'500) {
-        return {t0_ns, period_ns * 256, 0, count, 1, 255};
+        return {t0_ns, period_ns * 256, 0, count, 1, 255, 5'000};
     }
     static std::vector<LaserPulse> all(LaserPlant& laser, std::int64_t limit = kAll) {
         std::vector<LaserPulse> pulses;
@@ -62,7 +62,7 @@ TEST_F(Laser, LightFollowsItsTriggerByTheLatency) {
 
 TEST_F(Laser, ChangingPeriodPlacesPulsesByTheRunsFormula) {
     LaserPlant laser = ready();
-    LaserRun r{1'000'000, 20'000 * 256, -77, 200, 1, 200};
+    LaserRun r{1'000'000, 20'000 * 256, -77, 200, 1, 200, 5'000};
     laser.queue(r, true);
     const auto pulses = all(laser);
     ASSERT_EQ(pulses.size(), 200U);
@@ -162,9 +162,96 @@ TEST_F(Laser, PowerLagsItsByteByTheTimeConstant) {
     laser.queue(run(0, 9, 12'500), true);
     const auto pulses = all(laser);
     for (std::size_t k = 0; k < pulses.size(); ++k) {
-        const double expected = 1e6 * (1.0 - std::exp(-12.5 * static_cast<double>(k) / 25.0));
+        // From the latch on, 5 us before the first trigger.
+        const double expected = 1e6 * (1.0 - std::exp(-(5.0 + 12.5 * static_cast<double>(k)) / 25.0));
         EXPECT_NEAR(pulses[k].energy_nj, expected, 1.0) << k;
     }
+}
+
+TEST_F(Laser, TakesItsPowerByteAtTheLatchAlone) {
+    LaserPlant laser = ready();
+    laser.queue(run(100'000, 2), true);
+    LaserRun unlatched = run(200'000, 1);
+    unlatched.power = 51;
+    unlatched.latch_ns = 0;
+    laser.queue(unlatched, true);
+    LaserRun latched = run(300'000, 1);
+    latched.power = 51;
+    laser.queue(latched, true);
+    const auto pulses = all(laser);
+    ASSERT_EQ(pulses.size(), 4U);
+    EXPECT_EQ(pulses[1].energy_nj, 1'000'000U);
+    EXPECT_EQ(pulses[2].energy_nj, 1'000'000U) << "the byte on the lines changes nothing by itself";
+    EXPECT_EQ(pulses[3].energy_nj, 200'000U);
+    EXPECT_EQ(laser.counters().wrong_power, 1U);
+    EXPECT_EQ(laser.counters().strobes, 2U);
+    EXPECT_EQ(laser.counters().bad_strobes, 0U);
+}
+
+TEST_F(Laser, ALatchThatComesEarlyChangesThePulsesBeforeItsRun) {
+    LaserPlant laser = ready();
+    laser.queue(run(100'000, 4), true);
+    LaserRun early = run(150'000, 1);
+    early.power = 51;
+    early.latch_ns = 20'000;  // between the third and the last pulse of the run before
+    laser.queue(early, true);
+    const auto pulses = all(laser);
+    ASSERT_EQ(pulses.size(), 5U);
+    EXPECT_EQ(pulses[2].energy_nj, 1'000'000U);
+    EXPECT_EQ(pulses[3].energy_nj, 200'000U);
+    EXPECT_EQ(laser.counters().wrong_power, 1U);
+}
+
+TEST_F(Laser, AStrobeThatIsTooShortOrTooSoonTakesNoByte) {
+    struct Case {
+        void (*spoil)(LaserConfig&);
+        const char* what;
+    };
+    for (const Case& c : {Case{[](LaserConfig& l) { l.latch_setup_ns = 999; }, "setup"},
+                          Case{[](LaserConfig& l) { l.latch_width_ns = 1'999; }, "width"}}) {
+        config_ = reference_machine().laser;
+        c.spoil(config_);
+        LaserPlant laser = ready();
+        laser.queue(run(100'000, 3), true);
+        EXPECT_EQ(all(laser).at(0).energy_nj, 0U) << c.what;
+        EXPECT_EQ(laser.counters().bad_strobes, 1U) << c.what;
+        EXPECT_EQ(laser.counters().wrong_power, 3U) << c.what;
+    }
+    config_ = reference_machine().laser;
+    LaserPlant laser = ready();
+    laser.queue(run(100'000, 1), true);
+    LaserRun soon = run(103'000, 1);  // its byte is laid while the latch is still up
+    soon.power = 51;
+    soon.latch_ns = 4'300;
+    laser.queue(soon, true);
+    EXPECT_EQ(all(laser).at(1).energy_nj, 1'000'000U);
+    EXPECT_EQ(laser.counters().bad_strobes, 1U);
+}
+
+TEST_F(Laser, ACancelledRunsStrobeIsDroppedToo) {
+    LaserPlant laser = ready();
+    laser.queue(run(100'000, 1), true);
+    LaserRun cancelled = run(200'000, 1);
+    cancelled.power = 51;
+    laser.queue(cancelled, true);
+    laser.cancel(150'000);
+    LaserRun later = run(300'000, 1);
+    later.latch_ns = 0;
+    laser.queue(later, true);
+    EXPECT_EQ(all(laser).at(1).energy_nj, 1'000'000U);
+}
+
+TEST_F(Laser, ClearedItsPowerIsNothing) {
+    LaserPlant laser = ready();
+    laser.queue(run(100'000, 1), true);
+    EXPECT_EQ(all(laser).at(0).energy_nj, 1'000'000U);
+    laser.clear_power(200'000);
+    laser.clear_power(300'000);
+    LaserRun later = run(400'000, 1);
+    later.latch_ns = 0;
+    laser.queue(later, true);
+    EXPECT_EQ(all(laser).at(0).energy_nj, 0U);
+    EXPECT_EQ(laser.counters().strobes, 2U) << "once";
 }
 
 TEST_F(Laser, FirstPulsesAfterAPauseAreStrongerAsTheGainHasBuiltUp) {
