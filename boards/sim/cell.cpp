@@ -146,6 +146,7 @@ CellReport SimCell::report() const {
     report.last_pulse_ns = plant_.last_pulse_ns();
     report.laser = plant_.laser_counters();
     report.beam = plant_.beam_counters();
+    report.pulse_width_ns = plant_.mopa().width_ns();
     report.galvo_words_dropped = plant_.galvo_words_dropped();
     report.command_trace_sha256 = traces_.command_sha256();
     report.script_events = plant_.fault_records();

@@ -88,6 +88,7 @@ std::string to_json(const CellReport& report) {
                     {"pulses_cut", report.laser.cut},
                     {"pulses_out_of_rate", report.laser.out_of_rate},
                     {"pulses_disordered", report.laser.disordered},
+                    {"pulse_width_ns", report.pulse_width_ns},
                     {"power_strobes", report.laser.strobes},
                     {"power_strobes_bad", report.laser.bad_strobes},
                     {"pulses_wrong_power", report.laser.wrong_power},

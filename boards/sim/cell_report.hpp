@@ -26,6 +26,7 @@ struct CellReport {
     std::int64_t last_pulse_ns = -1;
     LaserCounters laser;
     BeamCounters beam;
+    unsigned pulse_width_ns = 0;
     std::uint64_t galvo_words_dropped = 0;
     std::string command_trace_sha256;
     std::string board;  ///< where the controller ran

@@ -32,6 +32,7 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id) noex
       following_(machine_),
       head_(machine.galvo),
       power_(machine.laser),
+      mopa_(machine.laser.source, machine.control_period_ns),
       runner_(machine) {}
 
 bool Controller::homed() const noexcept {
@@ -276,9 +277,10 @@ void Controller::drive(const ServoInputs& in, ServoOutputs& out) noexcept {
 }
 
 void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
-    out.link_tx_size = out.drive_tx_size = out.laser_size = out.pulses_size = 0;
+    out.link_tx_size = out.drive_tx_size = out.laser_size = out.pulses_size = out.source_tx_size = 0;
     link_.receive(in.tick, in.link_rx);
     take_events(in);
+    speak_to_source(in, out);
     watch_inputs(in);
     watch_drives(in);
     watch_link(in);

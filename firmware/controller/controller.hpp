@@ -8,6 +8,7 @@
 #include "firmware/drives/drive_master.hpp"
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/head_proof.hpp"
+#include "firmware/laser/mopa_serial.hpp"
 #include "firmware/laser/power_port.hpp"
 #include "firmware/link/endpoint.hpp"
 #include "firmware/safety/laser_rule.hpp"
@@ -57,6 +58,8 @@ private:
     [[nodiscard]] Verdict post(safety::Event event) noexcept;
     [[nodiscard]] Verdict arm(const ServoInputs& in) noexcept;
     [[nodiscard]] Verdict preview(const ServoInputs& in) noexcept;
+    [[nodiscard]] Verdict ask_width(const link::Command& command) noexcept;
+    void speak_to_source(const ServoInputs& in, ServoOutputs& out) noexcept;
     [[nodiscard]] Verdict start(safety::Event event, bool preview) noexcept;
     [[nodiscard]] bool laser_healthy(const DigitalInputs& in) const noexcept;
     [[nodiscard]] Verdict jog(const link::Command& command) noexcept;
@@ -66,6 +69,7 @@ private:
     [[nodiscard]] LimitedBy limited_by() const noexcept;
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
     [[nodiscard]] Verdict set_galvo_field(const link::SetGalvoField& message) noexcept;
+    [[nodiscard]] Verdict set_power_curve(const link::SetPowerCurve& message) noexcept;
 
     [[nodiscard]] bool geometry_may_change() const noexcept;
     [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;
@@ -107,6 +111,8 @@ private:
     safety::FollowingWatch following_;
     laser::HeadProof head_;
     laser::PowerPort power_;
+    laser::MopaSerial mopa_;
+    std::uint32_t width_sequence_ = 0;
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
     GalvoField field_;               ///< as it comes over the link, in part
     std::size_t field_numbers_ = 0;

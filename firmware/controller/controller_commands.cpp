@@ -37,6 +37,12 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                     reset_deadline_ = in.tick + kResetPatienceTicks;
                     break;
                 }
+                if (verb == link::Verb::set_pulse_width) {
+                    if (const Verdict asked = ask_width(event.command); asked.refusal != Refusal::none) {
+                        link_.reply(event.command.sequence, asked.refusal, asked.detail);
+                    }
+                    break;
+                }
                 const Verdict verdict = decide(event.command, in);
                 link_.reply(event.command.sequence, verdict.refusal, verdict.detail);
                 break;
@@ -49,6 +55,11 @@ void Controller::take_events(const ServoInputs& in) noexcept {
             case link::LinkEvent::Kind::galvo_field: {
                 const Verdict verdict = set_galvo_field(event.galvo_field);
                 link_.reply(event.galvo_field.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+            case link::LinkEvent::Kind::power_curve: {
+                const Verdict verdict = set_power_curve(event.power_curve);
+                link_.reply(event.power_curve.sequence, verdict.refusal, verdict.detail);
                 break;
             }
             case link::LinkEvent::Kind::compensation: {
@@ -121,6 +132,7 @@ Controller::Verdict Controller::decide(const link::Command& command, const Servo
             return verdict;
         }
         case link::Verb::set_override: return set_override(command);
+        case link::Verb::set_pulse_width: break;  // answered when the source has answered
     }
     return {Refusal::unknown_command, command.verb};
 }
@@ -165,8 +177,39 @@ Controller::Verdict Controller::preview(const ServoInputs& in) noexcept {
     return start(Event::preview, true);
 }
 
+Controller::Verdict Controller::ask_width(const link::Command& command) noexcept {
+    if (safety::mo_state(state())) {
+        return {Refusal::pulse_width_while_armed, static_cast<std::int64_t>(state())};
+    }
+    if (!mopa_.speaks()) {
+        return {Refusal::pulse_width_unsupported, 0};
+    }
+    if (mopa_.busy()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (command.arg0 < 1 || command.arg0 > laser::MopaSerial::kMostWidth) {
+        return {Refusal::pulse_width_refused, 0};
+    }
+    mopa_.begin(static_cast<std::uint16_t>(command.arg0));
+    width_sequence_ = command.sequence;
+    return {};
+}
+
+void Controller::speak_to_source(const ServoInputs& in, ServoOutputs& out) noexcept {
+    out.source_tx_size = mopa_.transmit(out.source_tx);
+    switch (mopa_.step(in.source_rx)) {
+        case laser::WidthAnswer::none: break;
+        case laser::WidthAnswer::set: link_.reply(width_sequence_, Refusal::none, mopa_.answered()); break;
+        case laser::WidthAnswer::refused:
+            link_.reply(width_sequence_, Refusal::pulse_width_refused, mopa_.answered());
+            break;
+        case laser::WidthAnswer::silent: link_.reply(width_sequence_, Refusal::pulse_width_no_answer, 0); break;
+        case laser::WidthAnswer::foreign: link_.reply(width_sequence_, Refusal::pulse_width_wrong_source, 0); break;
+    }
+}
+
 Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {
-    if (!supervisor_.allowed(Event::arm)) {
+    if (!supervisor_.allowed(Event::arm) || mopa_.busy()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
     }
     if (key_mode(in.digital) != KeyMode::production) {
@@ -348,6 +391,22 @@ Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) no
         return {Refusal::bad_config, static_cast<std::int64_t>(field_numbers_)};
     }
     runner_.set_galvo_field(field_);
+    return {};
+}
+
+Controller::Verdict Controller::set_power_curve(const link::SetPowerCurve& m) noexcept {
+    static_assert(link::SetPowerCurve::kPoints == PowerCurve::kPoints);
+    if (!geometry_may_change()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    PowerCurve curve;
+    curve.count = m.count;
+    curve.byte = m.bytes;
+    curve.watts = m.watts;
+    if (!sound(curve)) {
+        return {Refusal::bad_power_curve, static_cast<std::int64_t>(sound_points(curve))};
+    }
+    runner_.set_power_curve(curve);
     return {};
 }
 

@@ -11,6 +11,7 @@
 #include "firmware/motion/path_motion.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/machine/machine.hpp"
+#include "shared/machine/power_curve.hpp"
 #include "shared/path/item.hpp"
 #include "shared/path/item_queue.hpp"
 
@@ -64,6 +65,9 @@ public:
     /// New field correction, in place of the compensation's matrix for the galvo; drop takes it away.
     void set_galvo_field(const GalvoField& field) noexcept { field_.set(field); }
     void drop_galvo_field() noexcept { field_.drop(); }
+
+    /// Power over the power byte as measured; a sound one.
+    void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
 
     /// `preview`: no pulses, and paths no faster than the guide laser may go.
     void start_job(bool preview = false) noexcept;
@@ -160,6 +164,7 @@ private:
     motion::PathMotion motion_;
     laser::FieldMap field_;
     laser::PulsePlacer placer_;
+    PowerCurve curve_;
     motion::Move move_;
 
     Phase phase_ = Phase::idle;

@@ -79,7 +79,8 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     pulses.speed_min = machine_.laser.mark_speed_min.si();
     pulses.prr_min = machine_.laser.prr_min.si();
     pulses.prr_nominal = machine_.laser.prr_nominal.si();
-    pulses.power = machine_.laser.power.si();
+    pulses.power = curve_.measured() ? curve_.most() : machine_.laser.power.si();
+    pulses.curve = curve_;
     trajectory::Spec spec;
     spec.speed = static_cast<double>(begin.speed_um_s) * 1e-6;
     spec.tolerance = static_cast<double>(begin.tolerance_nm) * 1e-9;
@@ -90,6 +91,9 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     } else if (!(pulses.pitch > 0.0 && spec.speed <= pulses.pitch * pulses.prr_nominal)) {
         refuse(Refusal::bad_pitch, item, Axis::x, pulses.pitch);
     } else if (!(pulses.energy > 0.0 && pulses.energy * pulses.prr_nominal <= pulses.power)) {
+        refuse(Refusal::bad_energy, item, Axis::x, pulses.energy);
+    } else if (curve_.measured() && 0.5 * pulses.energy * pulses.prr_nominal < curve_.least()) {
+        // At the lowest rate that the source is run with it would give more than is asked for.
         refuse(Refusal::bad_energy, item, Axis::x, pulses.energy);
     } else if (!laser::firing_at(spec.speed, pulses).possible) {
         refuse(Refusal::bad_pitch, item, Axis::x, pulses.pitch);

@@ -21,6 +21,7 @@ inline constexpr std::size_t kLinkBytesPerTick = 1024;
 inline constexpr std::size_t kDriveFramesPerTick = 24;
 inline constexpr std::size_t kLaserRunsPerTick = 176;
 inline constexpr std::size_t kPathPulsesPerTick = 512;
+inline constexpr std::size_t kSourceBytesPerTick = 16;
 
 /// A CAN 2.0A frame on the drive bus.
 struct DriveFrame {
@@ -95,6 +96,9 @@ struct ServoInputs {
     DigitalInputs digital;
     std::uint16_t galvo_status = 0;
     std::uint8_t guard_causes = 0;  ///< what the guard has seen since the last tick, GuardCause bits
+    /// From the source's serial port since the last tick: of a Raycus clocked on pins 2, 3 and 16 with pin 22 up, of a
+    /// JPT 57 600 8N1.
+    std::span<const std::uint8_t> source_rx{};
 };
 
 /// One XY2-100 frame: the place asked for at the surface relative to the field's centre, and the two words on the wire.
@@ -144,6 +148,8 @@ struct ServoOutputs {
     std::size_t laser_size = 0;
     std::array<PathPulse, kPathPulsesPerTick> pulses{};
     std::size_t pulses_size = 0;
+    std::array<std::uint8_t, kSourceBytesPerTick> source_tx{};  ///< to the source's serial port
+    std::size_t source_tx_size = 0;
     DigitalOutputs digital;
     bool gate_allowed = false;  ///< what frame_guard may let through in the window of this tick
     bool clear_power = false;   ///< with the window of this tick the power byte 0 is latched, unless it is already

@@ -37,7 +37,22 @@ FiringRule::FiringRule(const PulseSpec& spec) noexcept
       speed_min_(spec.speed_min > 0.0 ? spec.speed_min : 1e-9),
       prr_min_(spec.prr_min),
       prr_top_(spec.prr_nominal * (1.0 + 1e-9)),
-      code_per_hz_(spec.energy / spec.power * 255.0) {}
+      code_per_hz_(spec.energy / spec.power * 255.0) {
+    turn_round(spec.curve, spec.energy, spec.prr_nominal);
+}
+
+void FiringRule::turn_round(const PowerCurve& curve, double energy, double prr_nominal) noexcept {
+    for (std::size_t i = 0; i + 1 < curve.count; ++i) {
+        const double begin = curve.watts[i] / energy;
+        const double end = curve.watts[i + 1] / energy;
+        const double code = static_cast<double>(curve.byte[i]);
+        const double slope = (static_cast<double>(curve.byte[i + 1]) - code) / (end - begin);
+        if (end > 0.5 * prr_nominal && (stretches_ == 0 || begin < prr_top_)) {
+            stretch_[stretches_] = {end, code - begin * slope, slope};
+            ++stretches_;
+        }
+    }
+}
 
 Firing firing_at(double speed, const PulseSpec& spec) noexcept { return FiringRule(spec).at(speed, 1); }
 

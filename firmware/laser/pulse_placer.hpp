@@ -7,6 +7,7 @@
 
 #include "firmware/hal/io.hpp"
 #include "firmware/motion/path_motion.hpp"
+#include "shared/machine/power_curve.hpp"
 #include "shared/math/scalar.hpp"
 
 /// Pulses at equal distance along the path. Pulse k of a pass belongs at mark begin + k · pitch; the time at which the
@@ -27,6 +28,7 @@ struct PulseSpec {
     double prr_min = 0.0;      ///< Hz
     double prr_nominal = 0.0;  ///< Hz
     double power = 0.0;        ///< W at power byte 255
+    PowerCurve curve;          ///< and at the others, if measured
 };
 
 /// How a pulse is made at a beam speed.
@@ -57,7 +59,7 @@ public:
         }
         const double prr = rate * static_cast<double>(pick);
         firing.pick = pick;
-        firing.power = static_cast<std::uint32_t>(nearest32_within(smaller(prr, prr_top_) * code_per_hz_));
+        firing.power = static_cast<std::uint32_t>(nearest32_within(code_at(smaller(prr, prr_top_))));
         firing.power = firing.power < kMostPower ? firing.power : kMostPower;
         firing.possible = firing.power > 0 && prr >= prr_min_ && prr <= prr_top_ * 1.0001;
         return firing;
@@ -66,6 +68,27 @@ public:
 private:
     static constexpr std::uint32_t kMostPick = 255;
     static constexpr std::uint32_t kMostPower = 255;
+    /// The measured curve's stretches turned round, over the source's rate at this energy: those alone that lie within
+    /// [nominal/2, nominal].
+    struct Stretch {
+        double end_hz = 0.0;
+        double code = 0.0;  ///< at 0 Hz
+        double code_per_hz = 0.0;
+    };
+    void turn_round(const PowerCurve& curve, double energy, double prr_nominal) noexcept;
+    /// Power byte for the energy at a rate of the source, before rounding; from 0 on.
+    [[nodiscard]] double code_at(double prr) const noexcept {
+        if (stretches_ == 0) {
+            return prr * code_per_hz_;
+        }
+        std::uint32_t i = 0;
+        while (i + 1 < stretches_ && prr > stretch_[i].end_hz) {
+            ++i;
+        }
+        return larger(stretch_[i].code + prr * stretch_[i].code_per_hz, 0.0);
+    }
+    std::array<Stretch, PowerCurve::kPoints - 1> stretch_{};
+    std::uint32_t stretches_ = 0;
     double rate_per_speed_ = 0.0;
     double speed_min_ = 1e30;
     double prr_min_ = 0.0;

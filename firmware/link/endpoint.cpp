@@ -143,6 +143,13 @@ void Endpoint::on(const SetGalvoField& field) noexcept {
     request(field.sequence, event);
 }
 
+void Endpoint::on(const SetPowerCurve& curve) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::power_curve;
+    event.power_curve = curve;
+    request(curve.sequence, event);
+}
+
 void Endpoint::take_block(std::span<const std::uint8_t> payload) noexcept {
     const std::optional<BlockView> block = view_block(payload);
     if (!block) {

@@ -19,8 +19,8 @@
 
 namespace sc::link {
 
-/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map or galvo_field
-/// is owed a `reply` with its sequence.
+/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map, galvo_field or
+/// power_curve is owed a `reply` with its sequence.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
@@ -30,6 +30,7 @@ struct LinkEvent {
         map_chunk,
         set_map,
         galvo_field,
+        power_curve,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
     };
@@ -40,6 +41,7 @@ struct LinkEvent {
     MapChunk map_chunk;
     SetMap set_map;
     SetGalvoField galvo_field;
+    SetPowerCurve power_curve;
 };
 
 /// Monotonic counts since start.
@@ -137,6 +139,7 @@ private:
     void take_block(std::span<const std::uint8_t> payload) noexcept;
     void on(const SetCompensation& compensation) noexcept;
     void on(const SetGalvoField& field) noexcept;
+    void on(const SetPowerCurve& curve) noexcept;
     void on(const ConfigRequest& request) noexcept;
     void on(const MapChunk& chunk) noexcept;
     void on(const SetMap& map) noexcept;

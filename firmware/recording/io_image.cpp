@@ -63,6 +63,23 @@ std::size_t get_link_bytes(ByteReader& in, std::span<std::uint8_t> out) noexcept
     return bytes.size();
 }
 
+void put_source(ByteWriter& out, std::span<const std::uint8_t> bytes) noexcept {
+    out.put(static_cast<std::uint8_t>(bytes.size()));
+    out.put_bytes(bytes);
+}
+std::size_t get_source(ByteReader& in, std::span<std::uint8_t, kSourceBytesPerTick> out) noexcept {
+    const std::size_t count = in.get<std::uint8_t>();
+    if (count > out.size()) {
+        in.fail();
+        return 0;
+    }
+    const auto bytes = in.get_bytes(count);
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        out[i] = bytes[i];
+    }
+    return bytes.size();
+}
+
 bool same(const GalvoFrame& a, const GalvoFrame& b) noexcept {
     return a.x_pm == b.x_pm && a.z_pm == b.z_pm && a.word_x == b.word_x && a.word_z == b.word_z;
 }
@@ -149,7 +166,8 @@ PathPulse get_path_pulse(ByteReader& in) noexcept {
 }  // namespace
 
 std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcept {
-    if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick) {
+    if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick ||
+        inputs.source_rx.size() > kSourceBytesPerTick) {
         return 0;
     }
     ByteWriter writer(out);
@@ -160,6 +178,7 @@ std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcep
     writer.put(static_cast<std::uint16_t>(inputs.link_rx.size()));
     writer.put_bytes(inputs.link_rx);
     put(writer, inputs.drive_rx);
+    put_source(writer, inputs.source_rx);
     return writer.ok() ? writer.size() : 0;
 }
 
@@ -171,6 +190,7 @@ bool unpack(std::span<const std::uint8_t> bytes, StoredInputs& stored) noexcept 
     stored.inputs.guard_causes = reader.get<std::uint8_t>();
     stored.inputs.link_rx = std::span(stored.link_rx).first(get_link_bytes(reader, stored.link_rx));
     stored.inputs.drive_rx = std::span(stored.drive_rx).first(get_drive_frames(reader, stored.drive_rx));
+    stored.inputs.source_rx = std::span(stored.source_rx).first(get_source(reader, stored.source_rx));
     return reader.exhausted();
 }
 
@@ -203,6 +223,7 @@ std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out, Outpu
         put(writer, pulse);
     }
     end_part(OutputPart::pulses);
+    put_source(writer, std::span(outputs.source_tx).first(outputs.source_tx_size));
     writer.put(bits_of(outputs.digital));
     writer.put(static_cast<std::uint8_t>((outputs.gate_allowed ? 1U : 0U) | (outputs.cancel_laser ? 2U : 0U) |
                                          (outputs.clear_power ? 4U : 0U)));
@@ -230,6 +251,7 @@ bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept
     for (PathPulse& pulse : std::span(outputs.pulses).first(outputs.pulses_size)) {
         pulse = get_path_pulse(reader);
     }
+    outputs.source_tx_size = get_source(reader, outputs.source_tx);
     outputs.digital = digital_outputs(reader.get<std::uint8_t>());
     const auto flags = reader.get<std::uint8_t>();
     outputs.gate_allowed = (flags & 1U) != 0;
@@ -242,6 +264,7 @@ bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept
 
 void clear(ServoOutputs& outputs) noexcept {
     outputs.link_tx_size = outputs.drive_tx_size = outputs.laser_size = outputs.pulses_size = 0;
+    outputs.source_tx_size = 0;
     outputs.gate_allowed = outputs.cancel_laser = outputs.clear_power = false;
 }
 

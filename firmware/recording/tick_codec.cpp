@@ -16,7 +16,8 @@ constexpr std::uint8_t kLink = 4;
 constexpr std::uint8_t kLines = 8;
 constexpr std::uint8_t kTickJump = 16;
 constexpr std::uint8_t kState = 32;
-constexpr std::uint8_t kUnusedFlags = 0xC0;
+constexpr std::uint8_t kSource = 64;
+constexpr std::uint8_t kUnusedFlags = 0x80;
 
 constexpr std::uint8_t kSizeFollows = 0x80;
 
@@ -277,7 +278,8 @@ void get_checks(const TickMemory& memory, OutputsDigest& digest, ByteReader& in)
 }  // namespace
 
 bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& memory, ByteWriter& out) noexcept {
-    if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick) {
+    if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick ||
+        inputs.source_rx.size() > kSourceBytesPerTick) {
         return false;
     }
     const std::uint8_t frames = frames_flag(memory, inputs.drive_rx);
@@ -286,7 +288,8 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
     const bool jump = inputs.tick != memory.tick;
     const bool state = digest.state != memory.digest.state || digest.faults != memory.digest.faults;
     out.put(static_cast<std::uint8_t>(frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) |
-                                      (jump ? kTickJump : 0U) | (state ? kState : 0U)));
+                                      (jump ? kTickJump : 0U) | (state ? kState : 0U) |
+                                      (inputs.source_rx.empty() ? 0U : kSource)));
     if (jump) {
         out.put(inputs.tick);
     }
@@ -298,6 +301,10 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
     if (!inputs.link_rx.empty()) {
         put_varint(out, inputs.link_rx.size());
         out.put_bytes(inputs.link_rx);
+    }
+    if (!inputs.source_rx.empty()) {
+        out.put(static_cast<std::uint8_t>(inputs.source_rx.size()));
+        out.put_bytes(inputs.source_rx);
     }
     put_frames(frames, memory, inputs.drive_rx, out);
     if (state) {
@@ -337,6 +344,17 @@ bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDig
             stored.link_rx[link_size++] = byte;
         }
     }
+    std::size_t source_size = 0;
+    if ((flags & kSource) != 0) {
+        const auto bytes = in.get_bytes(in.get<std::uint8_t>());
+        if (bytes.empty() || bytes.size() > stored.source_rx.size()) {
+            in.fail();
+            return false;
+        }
+        for (const std::uint8_t byte : bytes) {
+            stored.source_rx[source_size++] = byte;
+        }
+    }
     const auto frames = static_cast<std::uint8_t>(flags & kFramesMask);
     const std::size_t frame_count = get_frames(frames, memory, stored.drive_rx, in);
     digest = memory.digest;
@@ -354,6 +372,7 @@ bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDig
     stored.inputs.guard_causes = memory.guard_causes;
     stored.inputs.link_rx = std::span(stored.link_rx).first(link_size);
     stored.inputs.drive_rx = std::span(stored.drive_rx).first(frame_count);
+    stored.inputs.source_rx = std::span(stored.source_rx).first(source_size);
     remember(memory, digest);
     memory.tick = after(memory.tick);
     return true;

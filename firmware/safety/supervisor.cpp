@@ -44,10 +44,11 @@ constexpr bool fault_leaves_only_by_reset() noexcept {
 constexpr bool every_state_is_reachable() noexcept {
     std::array<bool, kStateCount> reached{};
     reached[static_cast<std::size_t>(State::boot)] = true;
+    reached[static_cast<std::size_t>(State::fault)] = true;  // by a trip from boot
     for (std::size_t pass = 0; pass < kStateCount; ++pass) {
-        for (std::size_t i = 0; i < kStateCount; ++i) {
-            for (std::size_t e = 0; reached.at(i) && e < kEventCount; ++e) {
-                reached.at(static_cast<std::size_t>(next_state(state_at(i), event_at(e)).state)) = true;
+        for (const Transition& row : kTransitions) {
+            if (reached.at(static_cast<std::size_t>(row.from))) {
+                reached.at(static_cast<std::size_t>(row.to)) = true;
             }
         }
     }

@@ -54,6 +54,7 @@ std::string name_of(link::Verb verb) {
         case link::Verb::stop: return "stop";
         case link::Verb::set_override: return "set_override";
         case link::Verb::preview: return "preview";
+        case link::Verb::set_pulse_width: return "set_pulse_width";
     }
     return "command " + std::to_string(static_cast<int>(verb));
 }
@@ -226,6 +227,9 @@ void CellClient::open_job(std::uint64_t job, std::uint32_t items) {
     ack_.reset();
     job_refused_.reset();
     request([&](std::uint32_t sequence) { wire_.send(link::JobOpen{sequence, job, items}); }, "open job");
+    // What was said before the answer is about the job before, which may have been the same one.
+    ack_.reset();
+    job_refused_.reset();
 }
 
 void CellClient::set_compensation(const Compensation& compensation) {
@@ -260,6 +264,18 @@ void CellClient::set_galvo_field(const GalvoField& field) {
     }
     message = {.first = static_cast<std::uint16_t>(numbers)};
     request(send, "set galvo field");
+}
+
+void CellClient::set_power_curve(const PowerCurve& curve) {
+    link::SetPowerCurve message;
+    message.count = curve.count;
+    message.bytes = curve.byte;
+    message.watts = curve.watts;
+    const auto send = [&](std::uint32_t sequence) {
+        message.sequence = sequence;
+        wire_.send(message);
+    };
+    request(send, "set the power curve");
 }
 
 void CellClient::set_map(const AxisMap& map) {

@@ -140,7 +140,8 @@ Planned plan_for(const ScribeInput& input, const MachineConfig& machine) {
         planned.table = read_table(input.table_file, machine);
     }
     const PlanOptions options{.face = std::nullopt, .points_from_table = input.points_from_table};
-    planned.plan = plan_job(input.job, planned.table, input.calibration, machine, options);
+    planned.plan =
+        plan_job(input.job, planned.table, input.calibration, machine_of(input.calibration, machine), options);
     return planned;
 }
 

@@ -203,6 +203,38 @@ SensorRay read_ray(TomlReader& table) {
     return out;
 }
 
+PowerRecord read_power(TomlReader& table) {
+    PowerRecord out;
+    const std::vector<std::int64_t> bytes = table.integers("bytes");
+    const std::vector<double> watts = table.any_numbers("watts");
+    if (bytes.size() < 2 || bytes.size() > PowerCurve::kPoints) {
+        table.fail("bytes", "holds fewer than 2 or more than 17 points", std::to_string(bytes.size()),
+                   "give 2 to 17 power bytes, the last of them 255");
+    }
+    if (watts.size() != bytes.size()) {
+        table.fail("watts", "is not as long as bytes", std::to_string(watts.size()), "give one power for each byte");
+    }
+    out.curve.count = static_cast<std::uint8_t>(bytes.size());
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        if (bytes[i] < 0 || bytes[i] > 255) {
+            table.fail("bytes", "has a value outside 0..255", std::to_string(bytes[i]), "give power bytes");
+        }
+        out.curve.byte[i] = static_cast<std::uint8_t>(bytes[i]);
+        out.curve.watts[i] = watts[i];
+    }
+    if (const std::size_t bad = sound_points(out.curve); !sound(out.curve)) {
+        const bool of_bytes =
+            (bad > 0 && bytes[bad] <= bytes[bad - 1]) || (bad + 1 == bytes.size() && bytes[bad] != 255);
+        table.fail(of_bytes ? "bytes" : "watts", "does not rise up to byte 255, at point",
+                   std::to_string(bad + 1) + " (" + std::to_string(bytes[bad]) + ": " + decimal(watts[bad]) + " W)",
+                   "measure from low to high, the last point at byte 255; leave a point out that repeats another");
+    }
+    out.time = table.time("time");
+    out.note = table.text_or("note", "");
+    table.finish();
+    return out;
+}
+
 void read_transforms(TomlReader& root, CalibrationSet& set) {
     std::set<std::string> seen;
     for (TomlReader& table : root.tables("transform")) {
@@ -261,6 +293,9 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
     }
     if (auto table = root.table_if("galvo_field")) {
         set.galvo_field = read_galvo_field(*table);
+    }
+    if (auto table = root.table_if("power")) {
+        set.power = read_power(*table);
     }
     read_sensors(root, set);
     root.finish();

@@ -70,4 +70,13 @@ Compensation compensation_of(const CalibrationSet& set) {
     return out;
 }
 
+PowerCurve power_curve_of(const CalibrationSet& set) { return set.power ? set.power->curve : PowerCurve{}; }
+
+MachineConfig machine_of(const CalibrationSet& set, MachineConfig machine) {
+    if (set.power) {
+        machine.laser.power = Power::from_si(set.power->curve.most());
+    }
+    return machine;
+}
+
 }  // namespace sc::host

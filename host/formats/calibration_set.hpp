@@ -12,6 +12,7 @@
 #include "shared/geometry/frames.hpp"
 #include "shared/machine/axis_map.hpp"
 #include "shared/machine/machine.hpp"
+#include "shared/machine/power_curve.hpp"
 
 /// The calibration set: every estimate that the cell works with, each with its uncertainty. File: format =
 /// "scribecell-calibration", version = 1 (docs/formats.md); signs and definitions: docs/frames.md. In memory all is SI:
@@ -115,6 +116,14 @@ struct AxisMapRecord {
     bool operator==(const AxisMapRecord&) const = default;
 };
 
+/// Average power behind the lens over the power byte.
+struct PowerRecord {
+    PowerCurve curve;
+    std::string time;
+    std::string note;  ///< which meter, how long
+    bool operator==(const PowerRecord&) const = default;
+};
+
 struct CalibrationSet {
     std::filesystem::path file;  ///< where it was read
     std::string id;
@@ -128,6 +137,7 @@ struct CalibrationSet {
     std::optional<AxisMapRecord> axis_map;
     std::optional<GalvoRecord> galvo;
     std::optional<GalvoFieldRecord> galvo_field;  ///< is used in place of `galvo` where it is there
+    std::optional<PowerRecord> power;
     std::optional<SensorRay> y_sensor;
     std::vector<SensorRay> triple_head;  ///< none or three
 
@@ -150,6 +160,10 @@ std::string write_calibration(const std::filesystem::path& path, const Calibrati
 /// galvo_offset = −M⁻¹·offset. A record that is absent leaves its part the identity. The galvo's residual grid has no
 /// place in Compensation and is not used.
 [[nodiscard]] Compensation compensation_of(const CalibrationSet& set);
+/// The power curve, or a straight one.
+[[nodiscard]] PowerCurve power_curve_of(const CalibrationSet& set);
+/// The machine as the set knows it: its laser's greatest power is the curve's.
+[[nodiscard]] MachineConfig machine_of(const CalibrationSet& set, MachineConfig machine);
 /// The axis map, or the identity.
 [[nodiscard]] AxisMap axis_map_of(const CalibrationSet& set);
 

@@ -126,6 +126,15 @@ void write_galvo_field(TomlWriter& out, const GalvoFieldRecord& record) {
     }
 }
 
+void write_power(TomlWriter& out, const PowerRecord& record) {
+    const PowerCurve& curve = record.curve;
+    out.table("power");
+    out.integers("bytes", {curve.byte.begin(), curve.byte.begin() + curve.count});
+    out.numbers("watts", {curve.watts.begin(), curve.watts.begin() + curve.count});
+    out.text("time", record.time);
+    out.text_unless_empty("note", record.note);
+}
+
 void write_ray(TomlWriter& out, const SensorRay& ray) {
     out.text("id", ray.id);
     out.vector("origin_mm", ray.origin.v, 1e3);
@@ -153,6 +162,9 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     }
     if (set.galvo_field) {
         write_galvo_field(out, *set.galvo_field);
+    }
+    if (set.power) {
+        write_power(out, *set.power);
     }
     if (set.y_sensor) {
         out.table("y_sensor");

@@ -7,7 +7,8 @@
 
 namespace sc::host {
 
-/// The keys actuator, speed_mm_s, pitch_um, energy_uj, passes (1), tolerance_um (5) of a table.
+/// The keys actuator, speed_mm_s, pitch_um, energy_uj, passes (1), tolerance_um (5), pulse_width_ns (0) of a
+/// table.
 [[nodiscard]] MarkSettings read_mark_settings(TomlReader& table);
 void write_mark_settings(TomlWriter& out, const MarkSettings& settings);
 

@@ -46,6 +46,7 @@ MarkSettings read_mark_settings(TomlReader& table) {
     out.energy = Energy::from_si(table.number("energy_uj", kEnergyUj) / 1e6);
     out.passes = static_cast<std::uint8_t>(table.integer_or("passes", 1, 1, 255));
     out.tolerance = Length::from_si(table.number_or("tolerance_um", 5.0, kToleranceUm) / 1e6);
+    out.pulse_width_ns = static_cast<std::uint16_t>(table.integer_or("pulse_width_ns", 0, 0, 999));
     return out;
 }
 
@@ -56,6 +57,9 @@ void write_mark_settings(TomlWriter& out, const MarkSettings& settings) {
     out.number("energy_uj", settings.energy.si(), 1e6);
     out.integer("passes", settings.passes);
     out.number("tolerance_um", settings.tolerance.si(), 1e6);
+    if (settings.pulse_width_ns != 0) {
+        out.integer("pulse_width_ns", settings.pulse_width_ns);
+    }
 }
 
 Recipe read_recipe(const std::filesystem::path& path) { return parse_recipe(path, read_text_file(path)); }

@@ -19,6 +19,7 @@ struct MarkSettings {
     Energy energy;  ///< of one pulse
     std::uint8_t passes = 1;
     Length tolerance = Length::from_si(5e-6);  ///< how far the beam may leave the points at corners
+    std::uint16_t pulse_width_ns = 0;          ///< of a MOPA source; 0: as it is
     constexpr bool operator==(const MarkSettings&) const noexcept = default;
 };
 

@@ -230,6 +230,7 @@ private:
         path.id = static_cast<std::uint32_t>(plan_.paths.size());
         check_places(path, machine_, compensation_);
         path.pick = check_settings(path, job_, machine_);
+        take_width(path);
         path.first_item = plan_.items.size();
         const std::vector<Piece> pieces = pieces_of(path);
         for (std::uint8_t pass = 0; pass < path.settings.passes; ++pass) {
@@ -238,6 +239,17 @@ private:
         }
         path.item_count = plan_.items.size() - path.first_item;
         plan_.paths.push_back(std::move(path));
+    }
+
+    void take_width(const PlannedPath& path) {
+        const std::uint16_t width = path.settings.pulse_width_ns;
+        if (!plan_.paths.empty() && width != plan_.pulse_width_ns) {
+            throw InputError({.file = job_.file.string(),
+                              .problem = "the paths of a job ask for different pulse widths",
+                              .value = std::to_string(plan_.pulse_width_ns) + " and " + std::to_string(width) + " ns",
+                              .action = "give every path the same pulse_width_ns, or make two jobs of it"});
+        }
+        plan_.pulse_width_ns = width;
     }
 
     void add_pass(const PlannedPath& path, const std::vector<Piece>& pieces, std::uint8_t pass) {

@@ -56,6 +56,7 @@ struct JobPlan {
     std::vector<PlannedPath> paths;
     std::vector<double> faces;  ///< angles as the job names them, in the order in which they are burnt
     std::uint64_t expected_pulses = 0;
+    std::uint16_t pulse_width_ns = 0;        ///< that all paths ask for; 0: none does
     double marked_metres = 0.0;              ///< all passes
     double expected_seconds_estimate = 0.0;  ///< of the cell, from the first turn to the last retract
 };
@@ -75,7 +76,7 @@ struct PlanOptions {
 /// points or datum line; points or ends that the travel cannot reach with their run-in, or that lie in a keep-out
 /// volume; points that look like inches or metres; strokes larger than the galvo's field; speeds above an actuator's
 /// limit or below the laser's least marking speed; a pulse rate that no whole multiple brings into the source's range;
-/// a pulse energy above what its power gives at that rate; a datum line under 60 mm; an
+/// a pulse energy above what its power gives at that rate; pulse widths that differ; a datum line under 60 mm; an
 /// incomplete calibration; a path that repeats a place, an arc through places on one line or wider than 100 m, arcs
 /// with a tolerance under 0.1 µm.
 [[nodiscard]] JobPlan plan_job(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,

@@ -79,6 +79,12 @@ enum class Refusal : std::uint16_t {
     bad_arc = 131,
     key_not_production = 132,
     key_off = 133,
+    bad_power_curve = 134,
+    pulse_width_refused = 135,
+    pulse_width_no_answer = 136,
+    pulse_width_wrong_source = 137,
+    pulse_width_while_armed = 138,
+    pulse_width_unsupported = 139,
 };
 
 enum class LimitedBy : std::uint8_t {

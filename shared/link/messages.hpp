@@ -44,6 +44,7 @@ enum class Verb : std::uint8_t {
     stop = 12,          ///< stop a jog or a homing
     set_override = 13,  ///< arg0: feed of paths in percent of the programmed one, kMinOverride..kMaxOverride; any state
     preview = 14,       ///< trace the opened job as its items arrive with the guide laser; from idle, back to idle
+    set_pulse_width = 15,  ///< arg0: ns, of the source; answered when the source has answered
 };
 
 // --- host to controller -------------------------------------------------------------------------------------------
@@ -189,6 +190,22 @@ struct SetGalvoField {
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("sequence", m.sequence), v("first", m.first), v("count", m.count), v("numbers", m.numbers);
+    }
+};
+
+/// Average power over the power byte, as measured (shared/machine PowerCurve); count 0: straight. Answered by
+/// CommandReply, `detail` the first point that is not sound; refused while anything moves.
+struct SetPowerCurve {
+    static constexpr std::uint8_t kId = 11;
+    static constexpr std::string_view kName = "set_power_curve";
+    static constexpr std::size_t kPoints = 17;
+    std::uint32_t sequence = 0;
+    std::uint8_t count = 0;
+    std::array<std::uint8_t, kPoints> bytes{};
+    std::array<double, kPoints> watts{};
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("count", m.count), v("bytes", m.bytes), v("watts", m.watts);
     }
 };
 

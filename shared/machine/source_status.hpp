@@ -70,18 +70,17 @@ inline constexpr Table kJpt{temperature,     system,  unknown,      unknown,    
 
 /// The fault of an alarm; none for what is no alarm.
 [[nodiscard]] constexpr Fault fault_of(SourceState state) noexcept {
-    switch (state) {
-        case SourceState::ready:
-        case SourceState::warning:
-        case SourceState::not_ready: return Fault::none;
-        case SourceState::back_reflection: return Fault::laser_back_reflection;
-        case SourceState::temperature: return Fault::laser_temperature;
-        case SourceState::main_supply: return Fault::laser_main_supply;
-        case SourceState::housekeeping: return Fault::laser_housekeeping;
-        case SourceState::system: return Fault::laser_system;
-        case SourceState::unknown: return Fault::laser_code_unknown;
-    }
-    return Fault::laser_code_unknown;
+    constexpr std::array<Fault, kSourceStateCount> kFaults{Fault::none,
+                                                           Fault::none,
+                                                           Fault::none,
+                                                           Fault::laser_back_reflection,
+                                                           Fault::laser_temperature,
+                                                           Fault::laser_main_supply,
+                                                           Fault::laser_housekeeping,
+                                                           Fault::laser_system,
+                                                           Fault::laser_code_unknown};
+    const auto i = static_cast<std::size_t>(state);
+    return i < kFaults.size() ? kFaults[i] : Fault::laser_code_unknown;
 }
 
 [[nodiscard]] constexpr std::string_view name_of(SourceState state) noexcept {

@@ -14,6 +14,9 @@ if(SC_HOST AND SC_SIM)
   sc_test(sim_preview_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/preview_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_source_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/source_test.cpp ${sc_cli_program}
+    DEPS host_formats nlohmann_json::nlohmann_json)
   sc_test(sim_scribe_fault_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/scribe_fault_test.cpp ${sc_cli_program}
     DEPS host_formats nlohmann_json::nlohmann_json)
@@ -30,7 +33,7 @@ if(SC_HOST AND SC_SIM)
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   add_dependencies(sim_calibrate_test scribecell-plate-camera scribecell-field-truth)
-  foreach(test sim_axis_map_test sim_free_path_test sim_bad_input_test sim_calibrate_test sim_check_test sim_scribe_test sim_preview_test sim_scribe_fault_test
+  foreach(test sim_axis_map_test sim_free_path_test sim_bad_input_test sim_calibrate_test sim_check_test sim_scribe_test sim_preview_test sim_source_test sim_scribe_fault_test
       sim_replay_command_test)
     add_dependencies(${test} scribecell scribecell-cell scribecell-replay)
   endforeach()

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -38,6 +39,7 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
       faults_(std::move(script)),
       galvo_(machine, world.spec().galvo),
       laser_(machine.laser, world.spec().laser),
+      mopa_(machine.laser.source),
       lines_(world.spec().inputs) {
     check_periods(machine);
     show(SourceTrouble::none);
@@ -58,6 +60,9 @@ void CellPlant::sample(ServoInputs& inputs) {
     read_lines();
     inputs.digital = lines_;
     inputs.galvo_status = galvo_.status();
+    source_rx_.clear();
+    mopa_.take(source_rx_);
+    inputs.source_rx = source_rx_;
     inputs.guard_causes = std::exchange(guard_causes_, std::uint8_t{0});
 }
 
@@ -97,6 +102,8 @@ void CellPlant::begin_window(std::int64_t t_ns, const ServoOutputs* acting) {
     if (acting == nullptr) {
         return;
     }
+    mopa_.emit(acting->digital.master_oscillator);
+    mopa_.receive(std::span(acting->source_tx).first(acting->source_tx_size));
     const std::int64_t period = machine_.control_period_ns;
     beam_.master_oscillator_ns += acting->digital.master_oscillator ? period : 0;
     beam_.gate_ns += acting->gate_allowed ? period : 0;
@@ -232,7 +239,11 @@ void CellPlant::apply(const FaultEvent& event, std::int64_t t_ns) {
         case FaultAction::laser_system:
         case FaultAction::laser_strange:
         case FaultAction::laser_warning:
-        case FaultAction::laser_starting: apply_to_laser(event.action); break;
+        case FaultAction::laser_starting:
+        case FaultAction::laser_mute:
+        case FaultAction::laser_stubborn:
+        case FaultAction::laser_speaks_raycus:
+        case FaultAction::laser_speaks_jpt: apply_to_laser(event.action); break;
         case FaultAction::shutter_stuck:
         case FaultAction::shutter_dropped:
         case FaultAction::shutter_unplugged:
@@ -267,6 +278,16 @@ void CellPlant::apply_to_laser(FaultAction action) {
     } else if (action == FaultAction::laser_ok) {
         lines_.laser_ready = lines_.laser_no_alarm = true;
         show(SourceTrouble::none);
+        mopa_.mute(false);
+        mopa_.stay(false);
+    } else if (action == FaultAction::laser_mute) {
+        mopa_.mute(true);
+    } else if (action == FaultAction::laser_stubborn) {
+        mopa_.stay(true);
+    } else if (action == FaultAction::laser_speaks_raycus) {
+        mopa_ = MopaSource(LaserSource::raycus);
+    } else if (action == FaultAction::laser_speaks_jpt) {
+        mopa_ = MopaSource(LaserSource::jpt);
     } else {
         static const std::map<FaultAction, SourceTrouble> kTroubles{
             {FaultAction::laser_back_reflection, SourceTrouble::back_reflection},

@@ -11,6 +11,7 @@
 #include "boards/sim/plant/fault_player.hpp"
 #include "boards/sim/plant/galvo.hpp"
 #include "boards/sim/plant/laser.hpp"
+#include "boards/sim/plant/mopa_source.hpp"
 #include "boards/sim/plant/shutter.hpp"
 #include "boards/sim/plant/source_pins.hpp"
 #include "boards/sim/world/world.hpp"
@@ -61,6 +62,7 @@ public:
     void accept(std::int64_t tick, const ServoOutputs& outputs);
     /// Lets the cell live from t_tick to t_tick+1. `acting`: outputs of the tick before, nullptr at the first.
     void play(std::int64_t tick, const ServoOutputs* acting, const PulseSink& sink);
+    [[nodiscard]] const MopaSource& mopa() const noexcept { return mopa_; }
     [[nodiscard]] ShutterPlant& shutter() noexcept { return shutter_; }
     /// Where the guide laser shines, each guard period while it is on.
     void watch_guide(GuideSink sink) { guide_sink_ = std::move(sink); }
@@ -106,6 +108,8 @@ private:
     GalvoPlant galvo_;
     std::vector<Deflection> deflections_;  ///< at the frame boundaries of the present guard period
     LaserPlant laser_;
+    MopaSource mopa_;
+    std::vector<std::uint8_t> source_rx_;
     ShutterPlant shutter_;
     BeamCounters beam_;
     GuideSink guide_sink_;

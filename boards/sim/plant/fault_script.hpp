@@ -30,6 +30,10 @@ enum class FaultAction : std::uint8_t {
     laser_strange,
     laser_warning,
     laser_starting,
+    laser_mute,           ///< its serial port does not answer
+    laser_stubborn,       ///< its serial port confirms, and the width stays as it is
+    laser_speaks_raycus,  ///< another maker's source is on the port
+    laser_speaks_jpt,
     shutter_stuck,      ///< stays where it is
     shutter_dropped,    ///< its coil burns out, its spring shuts it
     shutter_unplugged,  ///< neither of its switches reads
@@ -69,7 +73,8 @@ struct FaultEvent {
 ///     at 4 drive x fault 0x2310
 ///
 /// Subjects: estop open|close, interlock open|close, laser alarm|not_ready (its contacts), laser back_reflection|
-/// temperature|main_supply|housekeeping|system|strange|warning|starting (its pins), laser ok, shutter
+/// temperature|main_supply|housekeeping|system|strange|warning|starting (its pins), laser
+/// mute|stubborn|speaks_raycus|speaks_jpt (its serial port), laser ok, shutter
 /// stuck|dropped|unplugged|ok, key off|setup|production, galvo fail|absent|float_high|float_low|ok, drive x|y|z|c
 /// freeze|stall|silent|recover, drive … fault CODE, link cut|restore. Throws WorldError with file name and line for
 /// anything else. Events at a time come out in order of time.

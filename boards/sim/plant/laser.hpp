@@ -80,7 +80,10 @@ private:
     };
     void strobe(std::int64_t rise_ns, std::uint8_t byte);
     void take_strobes(std::int64_t until_ns);
-    [[nodiscard]] double target() const { return config_.power.si() * byte_ / 255.0; }
+    [[nodiscard]] double target() const {
+        const double share = byte_ / 255.0;
+        return config_.power.si() * byte_ / 255.0 * (1.0 + truth_.power_bend * (1.0 - share));
+    }
     void relax(std::int64_t t_ns);
     [[nodiscard]] double power_at(std::int64_t t_ns);
     [[nodiscard]] double gain_at(std::int64_t t_ns, double period_ns);

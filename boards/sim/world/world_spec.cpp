@@ -148,6 +148,7 @@ Field laser(double LaserTruth::* member) { return member_of(&WorldSpec::laser, m
 
 void add_laser(std::vector<NumberKey>& keys) {
     using L = LaserTruth;
+    keys.push_back({"laser.power_bend", laser(&L::power_bend), 1.0, -0.9, 0.9});
     keys.push_back({"laser.power_time_constant_us", laser(&L::power_time_constant), 1e-6, 0.0, 1e6});
     keys.push_back({"laser.first_pulse_excess", laser(&L::first_pulse_excess), 1.0, -1.0, 10.0});
     keys.push_back({"laser.gain_build_up_us", laser(&L::gain_build_up), 1e-6, 0.001, 1e6});

@@ -79,6 +79,8 @@ struct GalvoTruth {
 };
 
 struct LaserTruth {
+    /// Average power at byte b, of the greatest: x · (1 + power_bend · (1 − x)) with x = b / 255.
+    double power_bend = 0.0;
     double power_time_constant = 0.0;  ///< seconds, 0 = the power follows its byte at once
     /// After a long pause the first pulse has (1 + first_pulse_excess) times the energy of a steady one; the excess
     /// builds up again with gain_build_up (seconds) and each pulse leaves 1 − 1/first_pulses of it.

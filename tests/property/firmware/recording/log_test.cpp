@@ -51,7 +51,13 @@ private:
             t.drives.resize(below(kDriveFramesPerTick + 1));
             std::ranges::generate(t.drives, [this] { return frame(); });
         }
-        t.digital = {below(9) != 0, below(9) != 0, below(9) != 0, below(9) != 0};
+        t.digital = {below(9) != 0, below(9) != 0, below(9) != 0,
+                     below(9) != 0, below(9) != 0, below(9) != 0,
+                     below(9) != 0, below(9) != 0, static_cast<std::uint8_t>(below(16))};
+        if (below(busy_) == 0) {
+            t.source.resize(below(kSourceBytesPerTick + 1));
+            std::ranges::generate(t.source, [this] { return byte(); });
+        }
         t.galvo_status = static_cast<std::uint16_t>(below(5) == 0 ? random_() : kGalvoStatusOk);
         t.guard_causes = below(5) == 0 ? byte() : std::uint8_t{0};
         t.digest.crc = static_cast<std::uint32_t>(random_());

@@ -137,6 +137,16 @@ link::CommandReply CellRig::set_compensation(const Compensation& compensation) {
     return reply_to(message.sequence);
 }
 
+link::CommandReply CellRig::set_power_curve(const PowerCurve& curve) {
+    link::SetPowerCurve message;
+    message.sequence = ++sequence_;
+    message.count = curve.count;
+    message.bytes = curve.byte;
+    message.watts = curve.watts;
+    send(message);
+    return reply_to(message.sequence);
+}
+
 link::CommandReply CellRig::set_galvo_field(link::SetGalvoField message) {
     message.sequence = ++sequence_;
     send(message);

@@ -151,6 +151,35 @@ TEST(Firing, KeepsTheEnergyWhileTheRateChanges) {
     }
 }
 
+TEST(Firing, FollowsAMeasuredCurveAndKeepsTheEnergy) {
+    PulseSpec bent = spec();
+    bent.curve.count = 5;
+    bent.curve.byte = {10, 60, 120, 190, 255};
+    bent.curve.watts = {1.0, 6.0, 20.0, 55.0, 78.0};
+    bent.power = 78.0;
+    const auto watts_at = [&](double code) {
+        std::size_t i = 0;
+        while (i + 2 < bent.curve.count && code > bent.curve.byte[i + 1]) {
+            ++i;
+        }
+        const double share = (code - bent.curve.byte[i]) / (bent.curve.byte[i + 1] - bent.curve.byte[i]);
+        return bent.curve.watts[i] + share * (bent.curve.watts[i + 1] - bent.curve.watts[i]);
+    };
+    for (const double energy : {60e-6, 300e-6, 900e-6}) {
+        bent.energy = energy;
+        const FiringRule rule(bent);
+        for (double v = 2e-3; v <= 1.6; v *= 1.01) {
+            const Firing f = rule.at(v, 1);
+            ASSERT_TRUE(f.possible) << v;
+            const double wanted = energy * v / bent.pitch * f.pick;
+            const double low = watts_at(f.power - 0.501);
+            const double high = watts_at(f.power + 0.501);
+            ASSERT_LE(low, wanted) << energy << " at " << v;
+            ASSERT_GE(f.power == 255 ? 1e9 : high, wanted) << energy << " at " << v;
+        }
+    }
+}
+
 TEST(Firing, IsImpossibleBelowTheLowestSpeedAndAboveTheHighestRate) {
     EXPECT_FALSE(firing_at(1.99e-3, spec()).possible);
     EXPECT_FALSE(firing_at(0.0, spec()).possible);

@@ -21,6 +21,7 @@ DriveFrame frame(unsigned n) {
 struct Fed {
     std::vector<std::uint8_t> link;
     std::vector<DriveFrame> drives;
+    std::vector<std::uint8_t> source;
     ServoInputs inputs;
 
     Fed(std::size_t bytes, std::size_t frames) {
@@ -36,6 +37,10 @@ struct Fed {
         inputs.digital = {true, false, true, false, true, false, true, false, 0xB};
         inputs.galvo_status = 0xFDFD;
         inputs.guard_causes = 9;
+        for (std::size_t i = 0; i < kSourceBytesPerTick; ++i) {
+            source.push_back(static_cast<std::uint8_t>(0xA0 + i));
+        }
+        inputs.source_rx = source;
     }
 };
 
@@ -63,7 +68,11 @@ std::unique_ptr<ServoOutputs> full_outputs(bool moving) {
         pulse = {7, 2, 99, static_cast<std::uint32_t>(n), n << 30, {n, -n, n << 44}, n * 1000};
         ++n;
     }
+    out->source_tx_size = out->source_tx.size();
+    std::ranges::fill(out->source_tx, std::uint8_t{0x5A});
     out->digital = {true, false, true, false, true, true};
+    out->clear_power = true;
+    out->laser[175].latch_ns = 6'250;
     out->gate_allowed = true;
     out->state = 9;
     out->faults = 1ULL << 63U;
@@ -84,6 +93,7 @@ TEST(IoImage, InputsComeBackAsTheyWere) {
         EXPECT_EQ(back.inputs.guard_causes, fed.inputs.guard_causes);
         EXPECT_TRUE(std::ranges::equal(back.inputs.link_rx, fed.inputs.link_rx));
         EXPECT_TRUE(std::ranges::equal(back.inputs.drive_rx, fed.inputs.drive_rx));
+        EXPECT_TRUE(std::ranges::equal(back.inputs.source_rx, fed.inputs.source_rx));
     }
 }
 
@@ -92,6 +102,10 @@ TEST(IoImage, TheLargestInputsFillTheCapacityAndLargerAreRefused) {
     EXPECT_EQ(pack(Fed(kLinkBytesPerTick, kDriveFramesPerTick).inputs, bytes), kInputsImageCapacity);
     EXPECT_EQ(pack(Fed(kLinkBytesPerTick + 1, 0).inputs, bytes), 0U);
     EXPECT_EQ(pack(Fed(0, kDriveFramesPerTick + 1).inputs, bytes), 0U);
+    ServoInputs talkative;
+    const std::vector<std::uint8_t> many(kSourceBytesPerTick + 1);
+    talkative.source_rx = many;
+    EXPECT_EQ(pack(talkative, bytes), 0U);
     bytes.pop_back();
     EXPECT_EQ(pack(Fed(kLinkBytesPerTick, kDriveFramesPerTick).inputs, bytes), 0U);
 }
@@ -119,6 +133,9 @@ TEST(IoImage, OutputsComeBackAsTheyWere) {
         EXPECT_EQ(back->faults, outputs->faults);
         EXPECT_TRUE(back->gate_allowed);
         EXPECT_FALSE(back->cancel_laser);
+        EXPECT_TRUE(back->clear_power);
+        EXPECT_EQ(back->laser[175].latch_ns, outputs->laser[175].latch_ns);
+        EXPECT_EQ(back->source_tx, outputs->source_tx);
     }
 }
 

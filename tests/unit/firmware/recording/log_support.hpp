@@ -21,9 +21,12 @@ struct FedTick {
     DigitalInputs digital{true, true, true, true};
     std::uint16_t galvo_status = kGalvoStatusOk;
     std::uint8_t guard_causes = 0;
+    std::vector<std::uint8_t> source{};
     OutputsDigest digest;
 
-    [[nodiscard]] ServoInputs inputs() const { return {tick, link, drives, digital, galvo_status, guard_causes}; }
+    [[nodiscard]] ServoInputs inputs() const {
+        return {tick, link, drives, digital, galvo_status, guard_causes, source};
+    }
     bool operator==(const FedTick&) const = default;
 };
 
@@ -35,6 +38,7 @@ inline FedTick fed(const LoggedTick& logged) {
             in.digital,
             in.galvo_status,
             in.guard_causes,
+            {in.source_rx.begin(), in.source_rx.end()},
             logged.digest};
 }
 
@@ -63,6 +67,10 @@ inline std::vector<FedTick> plain_ticks(std::size_t count) {
         if (i % 20 == 7) {
             t.link = {3, 1, 4, 1, 5, 9, 2, 6, 0};
         }
+        if (i % 50 == 11) {
+            t.source = {0xA5, 0x00, static_cast<std::uint8_t>(i)};
+        }
+        t.digital.source_status = static_cast<std::uint8_t>(i % 300 == 0 ? 4 : 7);
         t.digital.interlock_closed = i < count / 2;
         t.digest.crc = static_cast<std::uint32_t>(i * 2654435761U);
         t.digest.check[1] = static_cast<std::uint8_t>(i % 2);

@@ -168,6 +168,14 @@ TEST(CellClient, SendsTheGalvoFieldInOrderAndEndsIt) {
     client.set_galvo_field({});
     EXPECT_TRUE(cell.galvo_field.empty());
     EXPECT_TRUE(cell.galvo_field_ended);
+    PowerCurve curve;
+    curve.count = 2;
+    curve.byte[1] = 255;
+    curve.watts[1] = 75.0;
+    client.set_power_curve(curve);
+    EXPECT_EQ(cell.power_curve.count, 2);
+    EXPECT_EQ(cell.power_curve.bytes[1], 255);
+    EXPECT_EQ(cell.power_curve.watts[1], 75.0);
 }
 
 TEST(CellClient, TellsEachChangeOfStateOnce) {

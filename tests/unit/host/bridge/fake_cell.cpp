@@ -87,7 +87,7 @@ void FakeCell::period() {
     if (each_period) {
         each_period();
     }
-    if (state == State::running) {
+    if (state == State::running || state == State::previewing) {
         advance_job();
     }
     if (hellos > 0) {
@@ -120,7 +120,7 @@ void FakeCell::advance_job() {
         say_status();
     } else if (fired == job_items_ && !taken.empty()) {
         job_done_ = true;
-        enter(State::armed);
+        enter(state == State::previewing ? State::idle : State::armed);
     }
     say_ack();
 }
@@ -137,7 +137,7 @@ void FakeCell::say_status() {
     status.first_fault = static_cast<std::uint8_t>(fault_);
     status.faults = fault_ == Fault::none ? 0 : fault_bit(fault_);
     status.flags = static_cast<std::uint8_t>((homed ? link::kFlagHomed : 0) | (job_done_ ? link::kFlagJobDone : 0));
-    status.pulses_total = fired;
+    status.pulses_total = previewed_ && !burns_in_preview ? 0 : fired;
     status.items_repeated = repeated;
     status.override_percent = static_cast<std::uint8_t>(override_percent);
     say(status);
@@ -195,12 +195,17 @@ Refusal FakeCell::carry_out(const link::Command& command) {
         case link::Verb::arm: state = State::armed; break;
         case link::Verb::disarm: state = State::idle; break;
         case link::Verb::start: state = State::running; break;
+        case link::Verb::preview:
+            state = State::previewing;
+            previewed_ = true;
+            break;
         case link::Verb::hold: state = State::held; break;
         case link::Verb::resume: state = hellos > 0 ? State::running : state; break;
-        case link::Verb::abort: state = State::armed; break;
+        case link::Verb::abort: state = state == State::previewing ? State::idle : State::armed; break;
         case link::Verb::reset_fault: state = State::disabled; break;
         case link::Verb::set_override: override_percent = command.arg0; break;
         case link::Verb::jog:
+        case link::Verb::set_pulse_width:
         case link::Verb::stop: break;
     }
     return hellos > 0 ? Refusal::none : Refusal::not_connected;
@@ -268,6 +273,11 @@ void FakeCell::take(const link::SetMap& m) {
 void FakeCell::take(const link::SetGalvoField& m) {
     galvo_field.insert(galvo_field.end(), m.numbers.begin(), m.numbers.begin() + m.count);
     galvo_field_ended = m.count == 0;
+    answer(m.sequence, Refusal::none);
+}
+
+void FakeCell::take(const link::SetPowerCurve& m) {
+    power_curve = m;
     answer(m.sequence, Refusal::none);
 }
 

@@ -68,6 +68,8 @@ public:
     link::SetCompensation compensation;
     std::vector<double> galvo_field;  ///< numbers as they have come
     bool galvo_field_ended = false;   ///< and the message that ends them
+    link::SetPowerCurve power_curve;
+    bool burns_in_preview = false;
     std::int32_t override_percent = 100;
     std::vector<std::uint8_t> map;  ///< pieces so far
     link::SetMap set_map;
@@ -101,6 +103,7 @@ private:
     void take(const link::Block& m);
     void take(const link::SetCompensation& m);
     void take(const link::SetGalvoField& m);
+    void take(const link::SetPowerCurve& m);
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);
@@ -119,6 +122,7 @@ private:
     std::uint64_t job_ = 0;
     std::uint32_t job_items_ = 0;
     bool job_done_ = false;
+    bool previewed_ = false;
     Fault fault_ = Fault::none;
 };
 

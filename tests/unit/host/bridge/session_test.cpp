@@ -54,6 +54,33 @@ TEST_F(SessionTest, RunsAJobAndLeavesTheCellUnpowered) {
     EXPECT_EQ(summary.last->sent, items_.size());
 }
 
+TEST_F(SessionTest, PreviewsAsOftenAsAsked) {
+    Session session(client_, {});
+    const PreviewResult result = session.preview({job_hash(items_), items_, 0.0}, 3);
+    EXPECT_EQ(result.rounds, 3U);
+    EXPECT_FALSE(result.stopped);
+    EXPECT_EQ(cell_.done[link::Verb::preview], 3);
+    EXPECT_EQ(cell_.done[link::Verb::arm], 0);
+    EXPECT_EQ(cell_.done[link::Verb::start], 0);
+    EXPECT_EQ(cell_.state, State::disabled);
+}
+
+TEST_F(SessionTest, PreviewsAgainAndAgainUntilItIsStopped) {
+    client_.set_stop_check([this] { return cell_.done[link::Verb::preview] == 4 && cell_.fired > 20; });
+    Session session(client_, {});
+    const PreviewResult result = session.preview({job_hash(items_), items_, 0.0}, 0);
+    EXPECT_EQ(result.rounds, 3U);
+    EXPECT_TRUE(result.stopped);
+    EXPECT_EQ(cell_.state, State::disabled);
+}
+
+TEST_F(SessionTest, APreviewThatBurnsIsNoticed) {
+    cell_.burns_in_preview = true;
+    Session session(client_, {});
+    EXPECT_THROW(static_cast<void>(session.preview({job_hash(items_), items_, 0.0}, 1)), CellError);
+    EXPECT_EQ(cell_.state, State::disabled);
+}
+
 TEST_F(SessionTest, DoesNotHomeTwice) {
     cell_.homed = true;
     run();

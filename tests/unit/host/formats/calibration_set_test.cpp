@@ -128,6 +128,50 @@ TEST(WriteCalibration, RoundTripsTheAxisMap) {
     EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
 }
 
+PowerRecord power_record() {
+    PowerRecord record{.curve = {}, .time = "2026-02-01T00:00:00+01:00", .note = "thermopile, 10 s a point"};
+    record.curve.count = 3;
+    record.curve.byte = {16, 128, 255};
+    record.curve.watts = {1.25, 33.4, 78.1};
+    return record;
+}
+
+TEST(WriteCalibration, RoundTripsThePowerCurve) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    EXPECT_EQ(power_curve_of(set), PowerCurve{}) << "straight";
+    EXPECT_EQ(machine_of(set, reference_machine()).laser.power, reference_machine().laser.power);
+    set.power = power_record();
+    const std::string hash = write_calibration(dir / "c.toml", set);
+    const CalibrationSet again = read_calibration(dir / "c.toml");
+    EXPECT_EQ(again.power, set.power);
+    EXPECT_EQ(power_curve_of(again), set.power->curve);
+    EXPECT_EQ(machine_of(again, reference_machine()).laser.power, Power::from_si(78.1)) << "what a job is checked by";
+    EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
+}
+
+TEST(ReadCalibration, RefusesPowerCurvesThatAreNone) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    set.power = power_record();
+    static_cast<void>(write_calibration(dir / "c.toml", set));
+    const std::string good = test::slurp(dir / "c.toml");
+    const auto bad = [&](const std::string& from, const std::string& to, const std::string& value,
+                         const std::string& problem) {
+        std::string text = test::replaced(good, from, to);
+        text.erase(text.find("sha256"), text.find('\n', text.find("sha256")) + 1 - text.find("sha256"));
+        const auto path = dir.write("bad.toml", text);
+        expect_refusal([&] { static_cast<void>(read_calibration(path)); },
+                       {.file = path.string(), .line = test::line_with(text, to), .value = value, .problem = problem});
+    };
+    bad("bytes = [16, 128, 255]", "bytes = [16, 255, 255]", "3 (255: 78.1 W)", "does not rise");
+    bad("bytes = [16, 128, 255]", "bytes = [16, 128, 250]", "3 (250: 78.1 W)", "does not rise");
+    bad("bytes = [16, 128, 255]", "bytes = [16, 128, 256]", "256", "outside 0..255");
+    bad("bytes = [16, 128, 255]", "bytes = [255]", "1", "fewer than 2");
+    bad("watts = [1.25, 33.4, 78.1]", "watts = [1.25, 33.4]", "2", "not as long");
+    bad("watts = [1.25, 33.4, 78.1]", "watts = [1.25, 80.0, 78.1]", "3 (255: 78.1 W)", "does not rise");
+}
+
 TEST(WriteCalibration, RoundTripsArbitraryEstimates) {
     const TempDir dir;
     std::mt19937_64 random(20260131);

@@ -20,6 +20,7 @@ Recipe sample() {
     MarkSettings fine = deep;
     fine.actuator = Actuator::axes;
     fine.passes = 1;
+    fine.pulse_width_ns = 20;
     return {.name = "grey iron \"as cast\"",
             .material = "EN-GJL-250",
             .note = "two\nlines and a \\ and a \x01",
@@ -46,6 +47,7 @@ TEST(Recipe, RefusesWhatIsMalformed) {
     bad("id = \"fine\"", "id = \"deep\" ", "deep", "appears twice");
     bad("pitch_um = 20.0", "pitch_um = 0.0", "0.0", "out of range");
     bad("energy_uj = 312.5", "energy_uj = true", "true", "not a number");
+    bad("pulse_width_ns = 20", "pulse_width_ns = 1000", "1000", "out of range");
     bad("material = ", "metal = \"x\"\nmaterial = ", "metal", "unknown key");
 }
 

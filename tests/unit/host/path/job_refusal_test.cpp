@@ -54,6 +54,15 @@ TEST(JobRefusal, PointAtTheEdgeOfTravelIsFineForTheGalvoButNotForTheAxes) {
     EXPECT_NE(error.problem().find("travel"), std::string::npos);
 }
 
+TEST(JobRefusal, PulseWidthsThatDiffer) {
+    Job job = sample::job();
+    job.cross->settings.pulse_width_ns = 20;
+    expect_in_job(refused(job), "20 and 0 ns");
+    job.datum_line->settings.pulse_width_ns = 20;
+    EXPECT_EQ(sample::plan(job, sample::table()).pulse_width_ns, 20);
+    EXPECT_EQ(sample::plan(sample::job(), sample::table()).pulse_width_ns, 0);
+}
+
 TEST(JobRefusal, RunInOutOfTravel) {
     // The stroke ends 0.5 mm before the end of travel: its run-in needs more.
     VerificationTable table = sample::table();
