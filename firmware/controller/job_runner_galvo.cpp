@@ -3,6 +3,7 @@
 #include <span>
 
 #include "firmware/controller/job_runner.hpp"
+#include "firmware/laser/frame_polynomial.hpp"
 #include "shared/math/scalar.hpp"
 
 namespace sc {
@@ -10,6 +11,20 @@ namespace {
 
 /// Frames that share one patch of the field correction: 0.25 mm either side at 2 m/s.
 constexpr std::size_t kPatchFrames = 25;
+constexpr std::size_t kMostPatchFrames = 32;
+constexpr std::size_t kFewestPatchFrames = 14;
+
+/// Frames of the patch that begins where the path's segment has `left` more. It ends where the segment does if that is
+/// near, since each pair of both costs its polynomials.
+constexpr std::size_t patch_frames(std::size_t left) noexcept {
+    if (left < kFewestPatchFrames) {
+        return kPatchFrames;
+    }
+    if (left <= kMostPatchFrames) {
+        return left;
+    }
+    return left < 2 * kPatchFrames ? (left + 1) / 2 : kPatchFrames;
+}
 constexpr std::size_t kX = index(Axis::x);
 constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
@@ -23,25 +38,60 @@ constexpr std::size_t kZ = index(Axis::z);
     frame.word_z = words[1];
 }
 
-/// Frames of one segment under one patch; `k` is the number of the first in its tick.
-template <GalvoWord kWord, bool kDepth>
+/// A piece of a straight run, or of two that overlap.
+bool is_cubic(const trajectory::Piece& piece) noexcept {
+    double rest = 0.0;
+    for (const std::size_t i : {kX, kY, kZ}) {
+        rest = rest + (absolute(piece.axis[i][4]) + absolute(piece.axis[i][5]));
+    }
+    return rest == 0.0;
+}
+
+/// Frames of one segment under one patch, from path time t on: the words' counts are polynomials too.
+template <GalvoWord kWord, std::size_t kDegree>
 void put_frames(const motion::Segment& segment, const laser::FieldPatch& patch, const motion::Place& anchor, double t,
-                double k, double period, std::span<GalvoFrame> frames) noexcept {
-    const trajectory::Quintic& path_x = segment.piece->axis[kX];
-    [[maybe_unused]] const trajectory::Quintic& path_y = segment.piece->axis[kY];
-    const trajectory::Quintic& path_z = segment.piece->axis[kZ];
+                double period, std::span<GalvoFrame> frames) noexcept {
+    using Polynomial = laser::FramePolynomial<kDegree>;
     const double begin = segment.x(t);
-    const double rate = period * segment.rate;
-    for (GalvoFrame& frame : frames) {
-        const double at = begin + k * rate;
-        const double x = trajectory::value(path_x, at) - anchor[kX];
-        const double z = trajectory::value(path_z, at) - anchor[kZ];
-        if constexpr (kDepth) {
-            put_frame(frame, x, z, patch.words_at<kWord>({x, z, trajectory::value(path_y, at) - anchor[kY]}));
-        } else {
-            put_frame(frame, x, z, patch.words_at<kWord>(x, z));
+    const double step = period * segment.rate;
+    const auto& axis = segment.piece->axis;
+    Polynomial place_x = laser::over_frames<kDegree>(axis[kX], begin, step);
+    Polynomial place_z = laser::over_frames<kDegree>(axis[kZ], begin, step);
+    Polynomial depth = laser::over_frames<kDegree>(axis[kY], begin, step);
+    place_x[0] -= anchor[kX];
+    place_z[0] -= anchor[kZ];
+    depth[0] -= anchor[kY];
+    const auto counts = [&](std::size_t mirror) noexcept {
+        const std::array<double, 3>& m = patch.m[mirror];
+        Polynomial sum;
+        for (std::size_t n = 0; n <= kDegree; ++n) {
+            sum[n] = m[0] * place_x[n] + m[1] * place_z[n] + m[2] * depth[n];
         }
-        k = k + 1.0;
+        sum[0] += patch.offset[mirror];
+        return sum;
+    };
+    // Two loops: the differences of two polynomials are what a core's registers hold.
+    laser::FrameValues<kDegree> count_x(counts(0));
+    laser::FrameValues<kDegree> count_z(counts(1));
+    for (GalvoFrame& frame : frames) {
+        const auto words =
+            patch.format.clamped_words<kWord>(nearest32_within(count_x.value()), nearest32_within(count_z.value()));
+        frame.word_x = words[0];
+        frame.word_z = words[1];
+        count_x.next();
+        count_z.next();
+    }
+    for (std::size_t n = 0; n <= kDegree; ++n) {
+        place_x[n] *= kPmPerMetre;
+        place_z[n] *= kPmPerMetre;
+    }
+    laser::FrameValues<kDegree> x(place_x);
+    laser::FrameValues<kDegree> z(place_z);
+    for (GalvoFrame& frame : frames) {
+        frame.x_pm = nearest_within(x.value());
+        frame.z_pm = nearest_within(z.value());
+        x.next();
+        z.next();
     }
 }
 
@@ -75,39 +125,41 @@ void JobRunner::galvo_jump(double t, ServoOutputs& out) noexcept {
 void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
     const double period = exact_double(machine_.galvo_period_ns) * 1e-9;
     const motion::Place anchor{metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), 0.0};
-    const bool curved = field_.curved();
     const bool wide = machine_.galvo.word == GalvoWord::bits18;
-    const auto put = curved ? (wide ? put_frames<GalvoWord::bits18, true> : put_frames<GalvoWord::bits16, true>)
-                            : (wide ? put_frames<GalvoWord::bits18, false> : put_frames<GalvoWord::bits16, false>);
-    double k = 0.0;
-    std::size_t frame = 0;
-    std::size_t patch_end = 0;
-    laser::FieldPatch patch;
+    const auto put = wide ? put_frames<GalvoWord::bits18, 5> : put_frames<GalvoWord::bits16, 5>;
+    const auto put_cubic = wide ? put_frames<GalvoWord::bits18, 3> : put_frames<GalvoWord::bits16, 3>;
+    const auto time_of = [&](std::size_t frame) noexcept {
+        return t + exact_double(static_cast<std::int64_t>(frame)) * period;
+    };
     motion::Cursor ahead = cursor_;
+    laser::FieldPatch patch = field_.flat();
+    std::size_t patch_end = field_.curved() ? 0 : kGalvoFramesPerTick;
+    std::size_t frame = 0;
     while (frame < kGalvoFramesPerTick) {
-        if (frame == patch_end) {
-            motion::Place at = anchor;
-            if (curved) {
-                const double middle = t + (k + 0.5 * static_cast<double>(kPatchFrames)) * period;
-                const motion::Segment there = motion_.segment(middle, ahead);
-                at = there.piece->place(there.x(middle));
-            }
-            patch = field_patch({at[kX] - anchor[kX], at[kY] - anchor[kY], at[kZ] - anchor[kZ], 0.0});
-            patch_end += curved ? kPatchFrames : kGalvoFramesPerTick;
-        }
-        const motion::Segment segment = motion_.segment(t + k * period, cursor_);
+        const double now = time_of(frame);
+        const motion::Segment segment = motion_.segment(now, cursor_);
         // Frames before the segment's end, at least this one.
-        const double left = clamped((segment.end - t) / period - k, 1.0, static_cast<double>(kGalvoFramesPerTick));
+        const double left = clamped((segment.end - now) / period, 1.0, static_cast<double>(kGalvoFramesPerTick));
         const auto whole = static_cast<std::uint32_t>(left);
         const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
-        const std::size_t last = std::min<std::size_t>(frame + count, patch_end);
-        put(segment, patch, anchor, t, k, period, std::span(out.galvo).subspan(frame, last - frame));
-        k = k + static_cast<double>(static_cast<std::uint32_t>(last - frame));
+        if (frame == patch_end) {
+            const std::size_t frames = patch_frames(count);
+            const double middle = now + 0.5 * exact_double(static_cast<std::int64_t>(frames)) * period;
+            const motion::Segment there = middle < segment.end ? segment : motion_.segment(middle, ahead);
+            const motion::Place at = there.piece->place(there.x(middle));
+            patch = field_patch({at[kX] - anchor[kX], at[kY] - anchor[kY], at[kZ] - anchor[kZ], 0.0});
+            patch_end += frames;
+        }
+        const std::size_t last = std::min({frame + count, patch_end, kGalvoFramesPerTick});
+        (is_cubic(*segment.piece) ? put_cubic : put)(segment, patch, anchor, now, period,
+                                                     std::span(out.galvo).subspan(frame, last - frame));
         frame = last;
-        const motion::Place at = segment.piece->place(segment.x(t + (k - 1.0) * period));
-        field_x_ = at[kX] - anchor[kX];
-        field_z_ = at[kZ] - anchor[kZ];
-        field_depth_ = at[kY] - anchor[kY];
+        if (frame == kGalvoFramesPerTick) {
+            const motion::Place at = segment.piece->place(segment.x(time_of(frame - 1)));
+            field_x_ = at[kX] - anchor[kX];
+            field_z_ = at[kZ] - anchor[kZ];
+            field_depth_ = at[kY] - anchor[kY];
+        }
     }
 }
 

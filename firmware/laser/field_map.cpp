@@ -110,13 +110,15 @@ FieldPatch FieldMap::patch(double x, double z, double depth) const noexcept {
     const SplineWeights wz = spline_weights(cz.u);
     const double* node = field_.node.data() + 2 * (GalvoField::kSide * cz.index + cx.index);
 
-    FieldPatch patch;
-    patch.format = linear_.format;
     const double per_cell = cells_per_metre_ * counts_per_metre_;
     // Beyond the square, the tangent at its edge goes on.
     const double beyond_x = px - (static_cast<double>(cx.index) + cx.u) * cell_ + field_.half;
     const double beyond_z = pz - (static_cast<double>(cz.index) + cz.u) * cell_ + field_.half;
-    for (std::size_t i = 0; i < 2; ++i) {
+    struct Row {
+        std::array<double, 3> m;
+        double offset;
+    };
+    const auto row = [&](std::size_t i) noexcept -> Row {
         const Look at = look(node + i, wx, wz);
         const double jx = at.dx * per_cell;
         const double jz = at.dz * per_cell;
@@ -124,10 +126,11 @@ FieldPatch FieldMap::patch(double x, double z, double depth) const noexcept {
         const double mx = jx * gxx + jz * gzx;
         const double mz = jx * gxz + jz * gzz;
         const double md = mx * lean[0] + mz * lean[1];
-        patch.m[i] = {mx, mz, md};
-        patch.offset[i] = value - (mx * x + mz * z + md * depth);
-    }
-    return patch;
+        return {{mx, mz, md}, value - (mx * x + mz * z + md * depth)};
+    };
+    const Row first = row(0);
+    const Row second = row(1);
+    return {{first.m, second.m}, {first.offset, second.offset}, linear_.format};
 }
 
 }  // namespace sc::laser

@@ -2,6 +2,7 @@
 #include "firmware/laser/pulse_placer.hpp"
 
 #include <algorithm>
+#include <span>
 
 #include "shared/math/scalar.hpp"
 
@@ -124,7 +125,6 @@ PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double len
     const double pitch = spec_.pitch;
     const Solved first = solve(segment, length, low, last_time_ + pitch * slowness_);
     const double slope = pitch * slowness_;
-    Group g{1, first.time, slope, 0.0, 0.0, first.speed, 0.0};
     last_time_ = first.time;
     std::uint32_t tried = first.speed > kFast ? (count < group_ ? count : group_) : 1;
     if (tried == group_) {
@@ -137,22 +137,24 @@ PulsePlacer::Group PulsePlacer::group(const motion::Segment& segment, double len
         const double per_n = kInverse[tried - 1];
         const double mean = (last.time - first.time) * per_n;
         const double end_slope = pitch * slowness_;
-        g.count = tried;
-        g.t2 = (3.0 * mean - 2.0 * slope - end_slope) * per_n;
-        g.t3 = (slope + end_slope - 2.0 * mean) * per_n * per_n;
-        g.speed_change = (last.speed - first.speed) * per_n;
+        const Group g = {tried,
+                         first.time,
+                         slope,
+                         (3.0 * mean - 2.0 * slope - end_slope) * per_n,
+                         (slope + end_slope - 2.0 * mean) * per_n * per_n,
+                         first.speed,
+                         (last.speed - first.speed) * per_n};
         const double middle = 0.5 * n;
         const double error = value(segment.piece->distance, segment.x(g.time(middle))) - (length + middle * pitch);
         if (tried == 2 || absolute(error) < kGroupError) {
             return g;
         }
     }
-    g.count = 1;
     group_ = group_ > 2 ? group_ : 2;
     // What was tried in vain lies ahead of the next pulse.
     last_time_ = first.time;
     slowness_ = slope * per_pitch_;
-    return g;
+    return {1, first.time, slope, 0.0, 0.0, first.speed, 0.0};
 }
 
 bool PulsePlacer::trigger(const Group& group, std::uint32_t begin, std::uint32_t count, const Firing& firing,
@@ -195,25 +197,56 @@ bool PulsePlacer::trigger(const Group& group, std::uint32_t begin, std::uint32_t
 
 void PulsePlacer::write(const motion::Segment& segment, const Group& group, const Firing& firing,
                         ServoOutputs& out) noexcept {
-    const auto& axis = segment.piece->axis;
-    PathPulse* pulse = &out.pulses[out.pulses_size];
+    // Time within the window and argument of the piece's polynomials: cubics in n, by forward differences.
+    const double d1 = group.t1 + (group.t2 + group.t3);
+    const double d2 = 2.0 * group.t2 + 6.0 * group.t3;
+    const double d3 = 6.0 * group.t3;
+    std::array<double, 3> ns{(group.t0 - window_) * 1e9, d1 * 1e9, d2 * 1e9};
+    const double ns3 = d3 * 1e9;
+    std::array<double, 3> x{segment.x(group.t0), d1 * segment.rate, d2 * segment.rate};
+    const double x3 = d3 * segment.rate;
+    std::array<double, kMostInGroup> at;
+    const std::span<PathPulse> pulses = std::span(out.pulses).subspan(out.pulses_size, group.count);
     std::int64_t s_pm = pitch_pm_ * static_cast<std::int64_t>(next_);
-    double n = 0.0;
-    for (std::uint32_t i = 0; i < group.count; ++i) {
-        const double t = group.time(n);
-        const double x = segment.x(t);
-        pulse->path = spec_.path;
-        pulse->pass = spec_.pass;
-        pulse->energy_code = static_cast<std::uint8_t>(firing.power);
-        pulse->number = next_ + i;
-        pulse->s_pm = s_pm;
-        pulse->place_pm = {nearest_within(value(axis[0], x) * kPmPerMetre),
-                           nearest_within(value(axis[1], x) * kPmPerMetre),
-                           nearest_within(value(axis[2], x) * kPmPerMetre)};
-        pulse->t_ns = window_ns_ + nearest32_within((t - window_) * 1e9);
+    std::uint32_t number = next_;
+    double* argument = at.data();
+    for (PathPulse& pulse : pulses) {
+        pulse.path = spec_.path;
+        pulse.pass = spec_.pass;
+        pulse.energy_code = static_cast<std::uint8_t>(firing.power);
+        pulse.number = number;
+        pulse.s_pm = s_pm;
+        pulse.t_ns = window_ns_ + nearest32_within(ns[0]);
+        *argument = x[0];
+        ++argument;
+        ++number;
         s_pm += pitch_pm_;
-        n = n + 1.0;
-        ++pulse;
+        ns[0] += ns[1];
+        ns[1] += ns[2];
+        ns[2] += ns3;
+        x[0] += x[1];
+        x[1] += x[2];
+        x[2] += x3;
+    }
+    // One axis after the other: the six coefficients stay in registers.
+    for (std::size_t i = 0; i < 3; ++i) {
+        trajectory::Quintic q = segment.piece->axis[i];
+        const bool stands = q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0 && q[4] == 0.0 && q[5] == 0.0;
+        for (double& k : q) {
+            k *= kPmPerMetre;
+        }
+        if (stands) {
+            const std::int64_t place = nearest_within(q[0]);
+            for (PathPulse& pulse : pulses) {
+                pulse.place_pm[i] = place;
+            }
+            continue;
+        }
+        argument = at.data();
+        for (PathPulse& pulse : pulses) {
+            pulse.place_pm[i] = nearest_within(value(q, *argument));
+            ++argument;
+        }
     }
     next_ += group.count;
     out.pulses_size += group.count;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "shared/machine/machine.hpp"
@@ -40,21 +41,31 @@ public:
         return head_ | (wire << 1U) | ((parity_ >> (fold & 0xFU)) & 1U);
     }
     [[nodiscard]] constexpr bool wide() const noexcept { return mask_ > 0xFFFFU; }
-    /// `within` and `word` at once, for loops that know the width: half the instructions. `position` is clamped.
+    /// `within` and `word` of both mirrors at once, for loops that know the width: a third of the instructions.
     template <GalvoWord kWord>
-    [[nodiscard]] constexpr std::uint32_t clamped_word(std::int32_t position) const noexcept {
+    [[nodiscard]] constexpr std::array<std::uint32_t, 2> clamped_words(std::int32_t x, std::int32_t z) const noexcept {
         constexpr bool kWide = kWord == GalvoWord::bits18;
         constexpr std::int32_t kMost = kWide ? 131071 : 32767;
-        constexpr std::uint32_t kMask = kWide ? 0x3FFFFU : 0xFFFFU;
-        const std::int32_t in = position > kMost ? kMost : (position < -kMost ? -kMost : position);
-        const std::uint32_t wire = (static_cast<std::uint32_t>(in) ^ flip_) & kMask;
-        std::uint32_t fold = wire ^ (wire >> 8U);
-        if constexpr (kWide) {
-            fold ^= wire >> 16U;
-        }
+        constexpr std::int32_t kHalf = kMost + 1;
+        // Offset binary behind the control bits; the other convention has its sign bit the other way.
+        const std::uint32_t other = flip_ ^ static_cast<std::uint32_t>(kHalf);
+        const auto code = [other](std::int32_t position) noexcept {
+            const std::int32_t in = position > kMost ? kMost : (position < -kMost ? -kMost : position);
+            return static_cast<std::uint32_t>(in + 3 * kHalf) ^ other;
+        };
+        const std::uint32_t code_x = code(x);
+        const std::uint32_t code_z = code(z);
+        // Parity of both in one word: each half folds onto its lowest bit. Of 18 bits the upper ones are folded first.
+        const std::uint32_t low_x = kWide ? code_x ^ (code_x >> 16U) : code_x;
+        const std::uint32_t low_z = kWide ? code_z ^ (code_z >> 16U) : code_z;
+        std::uint32_t fold = (low_x & 0xFFFFU) | (low_z << 16U);
+        fold ^= fold >> 8U;
         fold ^= fold >> 4U;
-        constexpr std::uint32_t kParity = kWide ? 0x6996U : 0x9669U;
-        return (kWide ? 0x80000U : 0x20000U) | (wire << 1U) | ((kParity >> (fold & 0xFU)) & 1U);
+        fold ^= fold >> 2U;
+        fold ^= fold >> 1U;
+        // 18 bits: the control bit was folded in, and the parity is odd; 16 bits: it was not, and the parity is even.
+        fold = ~fold;
+        return {(code_x << 1U) | (fold & 1U), (code_z << 1U) | ((fold >> 16U) & 1U)};
     }
     /// The position that a word of this format asks for; parity and control bits are not looked at.
     [[nodiscard]] constexpr std::int32_t position(std::uint32_t word) const noexcept {

@@ -46,38 +46,34 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     }
     const double scale = nominal ? now.slowness : 1.0;
     const double u0 = nominal ? now.u0 : 0.0;
-    Segment s;
-    s.rate = nominal ? now.rate : 1.0;
+    const double rate = nominal ? now.rate : 1.0;
+    double t0 = 0.0;
+    double end = 0.0;
     while (true) {
-        s.t0 = now.begin + (ring[k].start - u0) * scale;
+        t0 = now.begin + (ring[k].start - u0) * scale;
         if (k == last) {
-            s.end = now.end < kOpenEnd ? now.end : s.t0 + ring[k].duration * scale;
+            end = now.end < kOpenEnd ? now.end : t0 + ring[k].duration * scale;
             break;
         }
-        s.end = smaller(now.begin + (ring[k + 1].start - u0) * scale, now.end);
+        end = smaller(now.begin + (ring[k + 1].start - u0) * scale, now.end);
         // Rounding must not give the same piece again at its own end.
-        if (t < s.end || s.end >= now.end) {
+        if (t < end || end >= now.end) {
             break;
         }
         ++k;
     }
-    s.begin = larger(s.t0, now.begin);
     cursor.piece = k;
     const Piece& piece = ring[k];
-    s.piece = &piece;
-    if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
+    const double begin = larger(t0, now.begin);
+    if (t < begin || (t >= end && (k == last || t >= now.end))) {
         // Before the law begins, between two legs at rest, or behind its end.
-        const bool after = t >= s.end;
-        const double at = after ? s.end : s.begin;
-        s.x0 = clamped((at - s.t0) * s.rate, 0.0, piece.duration);
-        s.t0 = t;
-        s.rate = 0.0;
-        s.begin = after ? s.end : -1e30;
-        s.end = after ? (i + 1 != leg_end_ ? leg(i + 1).begin : 1e30) : at;
-        return s;
+        const bool after = t >= end;
+        const double at = after ? end : begin;
+        const double next = i + 1 != leg_end_ ? leg(i + 1).begin : 1e30;
+        return {&piece, after ? end : -1e30, after ? next : at, t, clamped((at - t0) * rate, 0.0, piece.duration), 0.0,
+                false};
     }
-    s.moving = true;
-    return s;
+    return {&piece, begin, end, t0, 0.0, rate, true};
 }
 
 void PathMotion::forget_before(double t, double distance) noexcept {

@@ -161,9 +161,9 @@ void TrajectoryWriter::open(const Limits& limits) noexcept {
     item_ = 0;
 }
 
+/// Who calls it sets every axis and the distance: clearing them first cost a tenth of the planning.
 Piece& TrajectoryWriter::open_piece(double duration, std::uint32_t item, LimitedBy limited) noexcept {
     Piece& piece = pieces_.push();
-    piece = {};
     piece.start = time_;
     piece.duration = duration;
     item_ = item > item_ ? item : item_;

@@ -36,8 +36,8 @@ struct Stretch {
 
 /// A cell with its states at both ends, as quintics over time.
 struct CellMotion {
-    double duration = 0.0;
-    std::array<Quintic, kAxisCount> axis{};  ///< scaled
+    double duration;
+    std::array<Quintic, kAxisCount> axis;  ///< scaled
 };
 /// From state (b0, c0) at `from` to (b1, c1) at `to`. A state at rest has b = c = 0; the other end must then lie on a
 /// ramp of constant jerk.

@@ -26,6 +26,9 @@ constexpr int kSteps = 30;
 /// How far a head and its lens may be from nominal, 1 σ; in the order of GalvoModel::Parameter.
 constexpr std::array<double, GalvoModel::kParameters> kPrior{2e-3, 2e-3, 0.05, 0.05, 0.05, 0.05, 0.5e-3, 5e-3,
                                                              0.06, 0.06, 3.0,  3.0,  20.0, 0.01, 0.01};
+/// Stiffnesses of the grid that are tried, four a decade from 1e-3 on.
+constexpr int kStiffnesses = 37;
+constexpr double kStiffer = 1.7782794;
 constexpr auto kN = static_cast<Eigen::Index>(GalvoModel::kParameters);
 using Vector = Eigen::Matrix<double, kN, 1>;
 using Square = Eigen::Matrix<double, kN, kN>;
@@ -42,8 +45,8 @@ public:
     Fit(const std::vector<CrossObservation>& crosses, const GalvoFitOptions& options)
         : crosses_(crosses), options_(options) {
         nominal_.angle_scale = options.angle_scale;
-        nominal_.value[GalvoModel::f1] = options.angle_scale;
-        nominal_.value[GalvoModel::exit_x] = nominal_.value[GalvoModel::exit_z] = 1.0 / options.angle_scale;
+        nominal_.value[GalvoModel::kF1] = options.angle_scale;
+        nominal_.value[GalvoModel::kExitX] = nominal_.value[GalvoModel::kExitZ] = 1.0 / options.angle_scale;
         weight_.assign(crosses.size(), 1.0);
     }
 
@@ -221,7 +224,8 @@ private:
         double best = 1e300;
         double freedom = 0.0;
         Eigen::MatrixXd nodes;
-        for (double stiffness = 1e-3; stiffness < 1e6; stiffness *= 1.7782794) {
+        double stiffness = 1e-3;
+        for (int step = 0; step < kStiffnesses; ++step, stiffness *= kStiffer) {
             const Eigen::LDLT<Eigen::MatrixXd> solver(normal + stiffness * penalty);
             const Eigen::MatrixXd tried = solver.solve(right);
             const double kept = solver.solve(normal).trace();
@@ -346,8 +350,8 @@ GalvoFit fit_galvo(const std::vector<CrossObservation>& crosses, const GalvoFitO
                         fit.sigma * 1e6, stated * 1e6));
     }
     GalvoModel nominal;
-    nominal.angle_scale = nominal.value[GalvoModel::f1] = options.angle_scale;
-    nominal.value[GalvoModel::exit_x] = nominal.value[GalvoModel::exit_z] = 1.0 / options.angle_scale;
+    nominal.angle_scale = nominal.value[GalvoModel::kF1] = options.angle_scale;
+    nominal.value[GalvoModel::kExitX] = nominal.value[GalvoModel::kExitZ] = 1.0 / options.angle_scale;
     for (std::size_t i = 0; i < GalvoModel::kParameters; ++i) {
         if (!(std::abs(fit.model.value[i] - nominal.value[i]) < kFarthest * kPrior[i])) {
             throw std::domain_error(

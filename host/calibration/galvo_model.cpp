@@ -19,26 +19,26 @@ struct Ray {
 
 Ray ray_of(const GalvoModel& m, const FieldPlace& command) {
     const auto& v = m.value;
-    const double a = v[GalvoModel::gain_x] * command[0] / m.angle_scale;
-    const double b = v[GalvoModel::gain_z] * command[1] / m.angle_scale;
+    const double a = v[GalvoModel::kGainX] * command[0] / m.angle_scale;
+    const double b = v[GalvoModel::kGainZ] * command[1] / m.angle_scale;
     const double sa = std::sin(a);
     const double sb = std::cos(a) * std::sin(b);
     const double sine = std::hypot(sa, sb);
     const double t = std::atan2(sine, std::cos(a) * std::cos(b));
     const double per_sine = sine > 1e-12 ? t / sine : 1.0;
     const double height =
-        (v[GalvoModel::f1] + (v[GalvoModel::f2] + (v[GalvoModel::f3] + v[GalvoModel::f4] * t) * t) * t) * per_sine;
+        (v[GalvoModel::kF1] + (v[GalvoModel::kF2] + (v[GalvoModel::kF3] + v[GalvoModel::kF4] * t) * t) * t) * per_sine;
     const double u = height * sa;
     const double w = height * sb;
-    const double cr = std::cos(v[GalvoModel::rotation]);
-    const double sr = std::sin(v[GalvoModel::rotation]);
-    const double cs = std::cos(v[GalvoModel::rotation] + v[GalvoModel::skew]);
-    const double ss = std::sin(v[GalvoModel::rotation] + v[GalvoModel::skew]);
-    const double bend = 1.0 + v[GalvoModel::bend] * (u * u + w * w);
-    const double lu = u * v[GalvoModel::exit_x] * bend;
-    const double lw = w * v[GalvoModel::exit_z] * bend;
-    return {{v[GalvoModel::offset_x] + cr * u - ss * w, v[GalvoModel::offset_z] + sr * u + cs * w},
-            {v[GalvoModel::tilt_x] + cr * lu - ss * lw, v[GalvoModel::tilt_z] + sr * lu + cs * lw}};
+    const double cr = std::cos(v[GalvoModel::kRotation]);
+    const double sr = std::sin(v[GalvoModel::kRotation]);
+    const double cs = std::cos(v[GalvoModel::kRotation] + v[GalvoModel::kSkew]);
+    const double ss = std::sin(v[GalvoModel::kRotation] + v[GalvoModel::kSkew]);
+    const double bend = 1.0 + v[GalvoModel::kBend] * (u * u + w * w);
+    const double lu = u * v[GalvoModel::kExitX] * bend;
+    const double lw = w * v[GalvoModel::kExitZ] * bend;
+    return {{v[GalvoModel::kOffsetX] + cr * u - ss * w, v[GalvoModel::kOffsetZ] + sr * u + cs * w},
+            {v[GalvoModel::kTiltX] + cr * lu - ss * lw, v[GalvoModel::kTiltZ] + sr * lu + cs * lw}};
 }
 
 FieldPlace residual_at(const GalvoModel& m, const FieldPlace& command) {
@@ -122,16 +122,16 @@ FieldPlace GalvoModel::command_for(const FieldPlace& place) const {
 GalvoField GalvoModel::field(double half) const {
     GalvoField out;
     out.half = half;
-    out.bend = value[bend];
-    const double cr = std::cos(value[rotation]);
-    const double sr = std::sin(value[rotation]);
-    const double cs = std::cos(value[rotation] + value[skew]);
-    const double ss = std::sin(value[rotation] + value[skew]);
+    out.bend = value[kBend];
+    const double cr = std::cos(value[kRotation]);
+    const double sr = std::sin(value[kRotation]);
+    const double cs = std::cos(value[kRotation] + value[kSkew]);
+    const double ss = std::sin(value[kRotation] + value[kSkew]);
     Eigen::Matrix2d turn;
     turn << cr, -ss, sr, cs;
-    const Eigen::Matrix2d slope = turn * Eigen::Vector2d(value[exit_x], value[exit_z]).asDiagonal() * turn.inverse();
+    const Eigen::Matrix2d slope = turn * Eigen::Vector2d(value[kExitX], value[kExitZ]).asDiagonal() * turn.inverse();
     const Eigen::Vector2d at_zero =
-        Eigen::Vector2d(value[tilt_x], value[tilt_z]) - slope * Eigen::Vector2d(value[offset_x], value[offset_z]);
+        Eigen::Vector2d(value[kTiltX], value[kTiltZ]) - slope * Eigen::Vector2d(value[kOffsetX], value[kOffsetZ]);
     out.slope0 = {at_zero.x(), at_zero.y()};
     out.slope = {slope(0, 0), slope(0, 1), slope(1, 0), slope(1, 1)};
 

@@ -24,21 +24,21 @@ using FieldPlace = std::array<double, 2>;  ///< (x, z)
 struct GalvoModel {
     /// In the order of `value`, of covariances and of the calibration file.
     enum Parameter : std::size_t {
-        offset_x,
-        offset_z,
-        gain_x,
-        gain_z,
-        rotation,
-        skew,
-        f1,
-        f2,
-        f3,
-        f4,
-        exit_x,
-        exit_z,
-        bend,
-        tilt_x,
-        tilt_z
+        kOffsetX,
+        kOffsetZ,
+        kGainX,
+        kGainZ,
+        kRotation,
+        kSkew,
+        kF1,
+        kF2,
+        kF3,
+        kF4,
+        kExitX,
+        kExitZ,
+        kBend,
+        kTiltX,
+        kTiltZ
     };
     static constexpr std::size_t kParameters = 15;
 

@@ -9,14 +9,17 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "host/bridge/child_process.hpp"
 #include "host/bridge/client.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/program.hpp"
 #include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
+#include "host/calibration/galvo_model.hpp"
 #include "host/cli/bench_figures.hpp"
 #include "host/cli/run_folder.hpp"
+#include "host/formats/calibration_set.hpp"
 #include "host/formats/file.hpp"
 #include "shared/path/item.hpp"
 #include "shared/path/job_hash.hpp"
@@ -105,8 +108,10 @@ Job workload() {
     return job;
 }
 
-nlohmann::json run_on(const std::string& board, const Job& job, const BenchOptions& options,
-                      const std::filesystem::path& folder, const std::optional<std::filesystem::path>& record) {
+/// With the field correction of the example: what a tick costs in use.
+nlohmann::json run_on(const std::string& board, const Job& job, const CalibrationSet& calibration,
+                      const BenchOptions& options, const std::filesystem::path& folder,
+                      const std::optional<std::filesystem::path>& record) {
     std::fprintf(stderr, "running on the board %s\n", board.c_str());
     LinkOptions link;
     link.board = board;
@@ -121,6 +126,7 @@ nlohmann::json run_on(const std::string& board, const Job& job, const BenchOptio
         client.connect();
         Session session(client, {});
         session.clear();
+        client.set_galvo_field(galvo_field_of(calibration));
         static_cast<void>(session.run({job_hash(job.items()), job.items(), 10.0}, nullptr));
     }
     return nlohmann::json::parse(read_text_file(folder / "cell.json"));
@@ -177,10 +183,15 @@ Rates rates_of(const std::filesystem::path& commands) {
 
 std::vector<Figure> bench_controller(const BenchOptions& options) {
     const Job job = workload();
+    const std::optional<std::filesystem::path> root = find_project_root();
+    if (!root) {
+        throw CellError("the project's files are not beside this program: set SCRIBECELL_ROOT to its folder");
+    }
+    const CalibrationSet calibration = read_calibration(*root / "examples/ras3dm/calibration.toml");
     const RunFolder folder(options.raw);
     const std::filesystem::path log = folder.path() / "controller.rec";
-    const nlohmann::json board = run_on("m7", job, options, folder.path() / "m7", log);
-    const nlohmann::json pc = run_on("sim", job, options, folder.path() / "sim", std::nullopt);
+    const nlohmann::json board = run_on("m7", job, calibration, options, folder.path() / "m7", log);
+    const nlohmann::json pc = run_on("sim", job, calibration, options, folder.path() / "sim", std::nullopt);
     const nlohmann::json again = replay(log, folder.path() / "replay");
     const Rates rates = rates_of(folder.path() / "replay" / "commands.csv");
     const nlohmann::json& all = board.at("figures").at("instructions");

@@ -6,6 +6,7 @@ sc_test(unit_motion LABEL unit
           ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/move_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/xy2_100_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/field_map_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/frame_polynomial_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/head_proof_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/mopa_serial_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/power_port_test.cpp

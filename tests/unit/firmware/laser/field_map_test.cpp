@@ -106,8 +106,8 @@ TEST(FieldMap, IsExactWhereThePatchIsMade) {
     }
 }
 
-/// Largest error, in µm, at the ends of the 25 frames that share a patch at 2 m/s, on a surface that slopes so much.
-double worst_over_a_patch(double surface_slope) {
+/// Largest error, in µm, so far from a patch's place, on a surface that slopes so much.
+double worst_over_a_patch(double surface_slope, double away) {
     const Truth truth;
     FieldMap map(head());
     map.set(truth.field());
@@ -121,9 +121,9 @@ double worst_over_a_patch(double surface_slope) {
         const double z = field(random);
         const double depth = deep(random);
         const double way = angle(random);
-        const double to_x = x + 0.25e-3 * std::cos(way);
-        const double to_z = z + 0.25e-3 * std::sin(way);
-        const double to_depth = depth + 0.25e-3 * surface_slope * std::cos(angle(random));
+        const double to_x = x + away * std::cos(way);
+        const double to_z = z + away * std::sin(way);
+        const double to_depth = depth + away * surface_slope * std::cos(angle(random));
         const auto exact = truth.exact(to_x, to_z, to_depth);
         const auto got = map.patch(x, z, depth).exact_counts({to_x, to_z, to_depth});
         worst = std::max(worst, std::hypot(got[0] - exact[0] * 1e6, got[1] - exact[1] * 1e6));
@@ -131,33 +131,14 @@ double worst_over_a_patch(double surface_slope) {
     return worst;
 }
 
-TEST(FieldMap, IsWithinAFifthOfAMicrometreForTheFramesThatShareAPatch) {
-    EXPECT_LT(worst_over_a_patch(0.0), 0.2);
-    EXPECT_LT(worst_over_a_patch(0.1), 0.2);
+TEST(FieldMap, IsWithinAThirdOfAMicrometreForTheFramesThatShareAPatch) {
+    EXPECT_LT(worst_over_a_patch(0.0, 0.25e-3), 0.2);
+    EXPECT_LT(worst_over_a_patch(0.1, 0.25e-3), 0.2);
     // Depth and place multiply: a wall of 1 : 1 at full speed costs this much.
-    EXPECT_LT(worst_over_a_patch(1.0), 0.9);
-}
-
-TEST(FieldMap, WordsOfAKnownWidthAreTheSameWords) {
-    const Truth truth;
-    for (const GalvoWord word : {GalvoWord::bits16, GalvoWord::bits18}) {
-        GalvoConfig galvo = head();
-        galvo.word = word;
-        FieldMap map(galvo);
-        map.set(truth.field());
-        const FieldPatch patch = map.patch(0.02, -0.03, 0.0004);
-        for (double u = -5e-4; u < 5e-4; u += 1e-6) {
-            const FieldPatch::Place p{0.02 + u, -0.03 - 0.3 * u, 0.0004 + 0.1 * u};
-            const auto known =
-                word == GalvoWord::bits16 ? patch.words_at<GalvoWord::bits16>(p) : patch.words_at<GalvoWord::bits18>(p);
-            ASSERT_EQ(known, patch.words(p));
-        }
-        map.set(GalvoField{});
-        const FieldPatch flat = map.patch(0.0, 0.0, 0.0);
-        const auto known = word == GalvoWord::bits16 ? flat.words_at<GalvoWord::bits16>(0.01, -0.02)
-                                                     : flat.words_at<GalvoWord::bits18>(0.01, -0.02);
-        EXPECT_EQ(known, flat.words({0.01, -0.02, 0.0}));
-    }
+    EXPECT_LT(worst_over_a_patch(1.0, 0.25e-3), 0.9);
+    // The most that share one: 32 frames, at 2 m/s.
+    EXPECT_LT(worst_over_a_patch(0.0, 0.32e-3), 0.33);
+    EXPECT_LT(worst_over_a_patch(0.1, 0.32e-3), 0.33);
 }
 
 TEST(FieldMap, GoesOnStraightBeyondItsSquare) {

@@ -47,10 +47,28 @@ TEST(Xy2100, AFormatReadsItsOwnWords) {
             const WordFormat format(word, convention);
             for (int p = -format.most(); p <= format.most(); p += 7) {
                 ASSERT_EQ(format.position(format.word(p)), p);
-                const std::uint32_t known = word == GalvoWord::bits16 ? format.clamped_word<GalvoWord::bits16>(p)
-                                                                      : format.clamped_word<GalvoWord::bits18>(p);
-                ASSERT_EQ(known, format.word(p));
             }
+        }
+    }
+}
+
+TEST(Xy2100, BothWordsAtOnceAreTheClampedWords) {
+    for (const GalvoWord word : {GalvoWord::bits16, GalvoWord::bits18}) {
+        for (const GalvoConvention convention : {GalvoConvention::offset_binary, GalvoConvention::twos_complement}) {
+            const WordFormat format(word, convention);
+            const int wide = format.most() + 5'000;
+            for (int x = -wide; x <= wide; ++x) {
+                const int z = (x * 37) % wide;
+                const auto both = word == GalvoWord::bits16 ? format.clamped_words<GalvoWord::bits16>(x, z)
+                                                            : format.clamped_words<GalvoWord::bits18>(x, z);
+                ASSERT_EQ(both[0], format.word(format.within(x))) << x << ' ' << z;
+                ASSERT_EQ(both[1], format.word(format.within(z))) << x << ' ' << z;
+            }
+            const int most = 2'147'483'647;
+            const auto ends = word == GalvoWord::bits16 ? format.clamped_words<GalvoWord::bits16>(most, -most - 1)
+                                                        : format.clamped_words<GalvoWord::bits18>(most, -most - 1);
+            EXPECT_EQ(ends[0], format.word(format.most()));
+            EXPECT_EQ(ends[1], format.word(-format.most()));
         }
     }
 }
