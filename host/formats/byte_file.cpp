@@ -30,9 +30,10 @@ ByteFile::ByteFile(const std::filesystem::path& path) : path_(path) {
     // NOLINTNEXTLINE(cppcoreguidelines-pro-type-vararg): open() is variadic by POSIX.
     const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (descriptor < 0) {
-        refuse(path, errno == ENOENT ? "there is no such file" : "cannot be read", "check the path and its permissions");
+        refuse(path, errno == ENOENT ? "there is no such file" : "cannot be read",
+               "check the path and its permissions");
     }
-    struct stat status {};
+    struct stat status{};
     const bool regular = ::fstat(descriptor, &status) == 0 && S_ISREG(status.st_mode);
     size_ = regular ? static_cast<std::size_t>(status.st_size) : 0;
     void* mapped = size_ > 0 ? ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0) : MAP_FAILED;

@@ -155,7 +155,9 @@ std::string unpacked_lzf(std::string_view packed, std::size_t size) {
     std::string out;
     out.reserve(size);
     std::size_t at = 0;
-    const auto byte = [&packed](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(packed[i])); };
+    const auto byte = [&packed](std::size_t i) {
+        return static_cast<std::size_t>(static_cast<unsigned char>(packed[i]));
+    };
     while (at < packed.size()) {
         const std::size_t control = byte(at++);
         if (control < 32) {

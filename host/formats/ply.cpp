@@ -155,7 +155,10 @@ Header read_header(const std::filesystem::path& file, std::string_view bytes) {
 class Values {
 public:
     Values(const std::filesystem::path& file, std::string_view bytes, const Header& header)
-        : file_(&file), bytes_(bytes), header_(&header), at_(header.end),
+        : file_(&file),
+          bytes_(bytes),
+          header_(&header),
+          at_(header.end),
           text_(file, bytes.substr(header.end), header.lines) {}
 
     double next(Kind kind, const std::string& what) {

@@ -24,7 +24,8 @@ void split(std::string_view line, std::vector<std::string_view>& fields) {
     fields.clear();
     std::size_t begin = std::string_view::npos;
     for (std::size_t i = 0; i <= line.size(); ++i) {
-        const bool separator = i == line.size() || line[i] == ' ' || line[i] == '\t' || line[i] == ',' || line[i] == ';';
+        const bool separator =
+            i == line.size() || line[i] == ' ' || line[i] == '\t' || line[i] == ',' || line[i] == ';';
         if (!separator && begin == std::string_view::npos) {
             begin = i;
         } else if (separator && begin != std::string_view::npos) {
@@ -178,8 +179,7 @@ ScanFile read_scan(const std::filesystem::path& path, const LengthUnit& unit) {
 void write_ply(const std::filesystem::path& path, const PointCloud& cloud) {
     const bool views = cloud.view.size() == cloud.points.size() && !cloud.view.empty();
     std::string out = "ply\nformat binary_little_endian 1.0\ncomment millimetres\nelement vertex " +
-                      std::to_string(cloud.points.size()) +
-                      "\nproperty float x\nproperty float y\nproperty float z\n" +
+                      std::to_string(cloud.points.size()) + "\nproperty float x\nproperty float y\nproperty float z\n" +
                       (views ? "property uint view\n" : "") + "end_header\n";
     std::size_t at = out.size();
     const std::size_t record = views ? 16 : 12;

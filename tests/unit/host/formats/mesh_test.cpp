@@ -91,8 +91,7 @@ TEST(MeshFile, ReadsPlyInAllThreeForms) {
                " 1.0\ncomment x\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\n"
                "element face 2\nproperty uchar flags\nproperty list uchar int vertex_indices\nend_header\n";
     };
-    const std::string text =
-        header("ascii") + "0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n7 4 0 1 2 3\n7 3 0 3 1\n";
+    const std::string text = header("ascii") + "0 0 0\n1 0 0\n1 1 0.5\n0 1 0\n7 4 0 1 2 3\n7 3 0 3 1\n";
     const MeshFile ascii = read_mesh(dir.write("a.ply", text));
     EXPECT_EQ(ascii.mesh.triangles.size(), 3U) << "the square becomes two";
     EXPECT_DOUBLE_EQ(ascii.mesh.vertices[2].z, 0.5e-3);
@@ -127,8 +126,8 @@ TEST(MeshFile, ReadsPlyInAllThreeForms) {
 
 TEST(MeshFile, ReadsObjWithItsKindsOfIndices) {
     const TempDir dir;
-    const MeshFile file =
-        read_mesh(dir.write("t.obj", "# x\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf 1/1/1 2//1 3\nf -4 -2 -1\n"));
+    const MeshFile file = read_mesh(
+        dir.write("t.obj", "# x\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\nf 1/1/1 2//1 3\nf -4 -2 -1\n"));
     ASSERT_EQ(file.mesh.triangles.size(), 2U);
     EXPECT_EQ(file.mesh.vertices.size(), 4U);
 }
@@ -161,9 +160,10 @@ TEST(MeshFile, RefusesWithFileLineAndValue) {
     const auto short_file = dir.write("s.stl", wrong_count);
     expect_refusal([&] { static_cast<void>(read_mesh(short_file)); },
                    {short_file.string(), 0, "3 triangles, 134 bytes", "at byte 80"});
-    const auto cloud = dir.write(
-        "p.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
-                 "end_header\n0 0 0\n");
+    const auto cloud =
+        dir.write("p.ply",
+                  "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                  "end_header\n0 0 0\n");
     expect_refusal([&] { static_cast<void>(read_mesh(cloud)); }, {cloud.string(), 0, "1 vertices", "no triangles"});
     EXPECT_THROW(static_cast<void>(read_mesh(dir / "missing.stl")), InputError);
     EXPECT_THROW(static_cast<void>(read_mesh(dir.path())), InputError);

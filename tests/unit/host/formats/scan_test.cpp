@@ -56,8 +56,9 @@ TEST(ScanFile, ReadsPlyWithViewsAndLeavesOutWhatIsNotFinite) {
 }
 
 std::string pcd_header(const char* data) {
-    return std::string("# .PCD v0.7\nVERSION 0.7\nFIELDS rgb x y z\nSIZE 4 4 4 4\nTYPE U F F F\nCOUNT 1 1 1 1\n"
-                       "WIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ") +
+    return std::string(
+               "# .PCD v0.7\nVERSION 0.7\nFIELDS rgb x y z\nSIZE 4 4 4 4\nTYPE U F F F\nCOUNT 1 1 1 1\n"
+               "WIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ") +
            data + "\n";
 }
 
@@ -102,8 +103,16 @@ TEST(ScanFile, ReadsPcdInAllThreeForms) {
 
 TEST(Lzf, RefusesWhatPointsBeforeItsStart) {
     EXPECT_TRUE(unpacked_lzf(std::string("\x20\x05", 2), 3).empty());
-    EXPECT_TRUE(unpacked_lzf(std::string("\x05""ab", 3), 6).empty());
-    EXPECT_TRUE(unpacked_lzf(std::string("\x00""a\xe0", 3), 10).empty());
+    EXPECT_TRUE(unpacked_lzf(std::string("\x05"
+                                         "ab",
+                                         3),
+                             6)
+                    .empty());
+    EXPECT_TRUE(unpacked_lzf(std::string("\x00"
+                                         "a\xe0",
+                                         3),
+                             10)
+                    .empty());
 }
 
 TEST(ScanFile, RefusesWithFileLineAndValue) {
@@ -121,7 +130,8 @@ TEST(ScanFile, RefusesWithFileLineAndValue) {
                    {nan.string(), 0, "all 1 are NaN or infinite", "no finite point"});
     const auto binary = dir.write("f.bin", std::string("\x01\x00\x02", 3));
     expect_refusal([&] { static_cast<void>(read_scan(binary)); }, {binary.string(), 0, ".bin", "no cloud"});
-    const auto header = dir.write("g.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n1\n");
+    const auto header =
+        dir.write("g.ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n1\n");
     expect_refusal([&] { static_cast<void>(read_scan(header)); }, {header.string(), 3, "", "lacks x, y or z"});
     EXPECT_THROW(static_cast<void>(read_scan(dir / "missing.xyz")), InputError);
 }
