@@ -3,3 +3,6 @@ set(dir ${CMAKE_CURRENT_LIST_DIR}/host/inspection)
 sc_test(host_inspection_distance_test LABEL unit
   SOURCES ${dir}/distance_field_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
   DEPS host_inspection)
+sc_test(host_inspection_part_test LABEL unit
+  SOURCES ${dir}/faces_test.cpp
+  DEPS host_inspection)

@@ -39,7 +39,7 @@ inline TriangleMesh bored_block(double size, double height, double radius, unsig
     TriangleMesh mesh;
     const auto around = [&](double r, bool square, double z) {
         for (unsigned i = 0; i < facets; ++i) {
-            const double angle = 2.0 * std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(facets);
+            const double angle = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(facets);
             const double c = std::cos(angle);
             const double s = std::sin(angle);
             const double scale = square ? 0.5 * size / std::max(std::abs(c), std::abs(s)) : r;
