@@ -6,3 +6,6 @@ sc_test(host_inspection_distance_test LABEL unit
 sc_test(host_inspection_part_test LABEL unit
   SOURCES ${dir}/faces_test.cpp
   DEPS host_inspection)
+sc_test(host_inspection_alignment_test LABEL unit
+  SOURCES ${dir}/alignment_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
+  DEPS host_inspection)
