@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/inspection/borrowing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Dense>
+
+#include "host/formats/error.hpp"
+#include "host/inspection/active_set.hpp"
+#include "host/inspection/parallel.hpp"
+
+namespace sc::host {
+
+namespace {
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+constexpr double kMm = 1e3;
+constexpr double kKept = 1e-9;  ///< mm of the smallest margin that the later goals may take: room to breathe for them
+constexpr int kRounds = 20;
+constexpr double kStill = 1e-8;  ///< mm of motion at the part's rim
+
+/// One condition, linear about the present place: value + gradient · x ≥ 0, all in mm.
+struct Condition {
+    std::uint32_t point = 0;
+    bool upper = false;
+    double value = 0.0;
+    Vector6 gradient;
+    Vec3 direction;
+};
+
+/// A strip of a bore that once stopped a point: it goes on to count as a plane.
+struct Strip {
+    std::uint32_t point = 0;
+    Vec3 on;
+    Vec3 normal;
+};
+
+class Borrower {
+public:
+    Borrower(const DistanceField& field, const FaceGauge& gauge, std::span<const BorrowPoint> points,
+             std::span<const BorrowGroup> groups, const BorrowOptions& options)
+        : gauge_(&gauge),
+          points_(points),
+          groups_(groups),
+          options_(&options),
+          centre_(0.5 * (field.low() + field.high())),
+          length_(0.5 * field.diagonal()) {
+        find_basis();
+        places_.resize(points.size());
+        readings_.resize(points.size());
+        gradient_.resize(static_cast<Eigen::Index>(points.size()), 6);
+    }
+
+    Borrowing run() {
+        Borrowing out;
+        double last_margin = -std::numeric_limits<double>::infinity();
+        for (out.rounds = 1;; ++out.rounds) {
+            look();
+            const double margin = smallest();
+            if (out.rounds == 1) {
+                out.margin_before = margin / kMm;
+                out.variance_before = variance() / (kMm * kMm);
+            }
+            const Eigen::VectorXd step = improve(out);
+            const double size = (basis_ * step).norm();
+            if (size < kStill || out.rounds == kRounds ||
+                (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
+                out.margin = margin / kMm;
+                break;
+            }
+            last_margin = margin;
+            total_ += basis_ * step;
+        }
+        out.variance = variance() / (kMm * kMm);
+        out.motion = motion();
+        for (std::size_t i = 0; i < 6; ++i) {
+            const double v = total_[static_cast<Eigen::Index>(i)] / kMm;
+            out.along[i] = i < 3 ? v : v / length_;
+        }
+        return out;
+    }
+
+private:
+    /// Directions that may be moved in, orthonormal, as columns over (shift, turn · length).
+    void find_basis() {
+        std::vector<Vector6> fixed;
+        for (Eigen::Index i = 0; i < 6; ++i) {
+            if (!options_->free[static_cast<std::size_t>(i)]) {
+                fixed.push_back(Vector6::Unit(i));
+            }
+        }
+        for (const DatumPlane& datum : options_->locked) {
+            const Vec3 n = datum.normal.v;
+            const Vec3 arm = (1.0 / length_) * cross(datum.point.v - centre_, n);
+            fixed.push_back((Vector6() << n.x, n.y, n.z, arm.x, arm.y, arm.z).finished());
+            for (const Vec3& e : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}}) {
+                const Vec3 c = cross(n, e);
+                fixed.push_back((Vector6() << 0, 0, 0, c.x, c.y, c.z).finished());
+            }
+        }
+        if (fixed.empty()) {
+            basis_ = Eigen::MatrixXd::Identity(6, 6);
+            return;
+        }
+        Eigen::MatrixXd rows(static_cast<Eigen::Index>(fixed.size()), 6);
+        for (std::size_t i = 0; i < fixed.size(); ++i) {
+            rows.row(static_cast<Eigen::Index>(i)) = fixed[i].transpose();
+        }
+        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+        Eigen::Index rank = 0;
+        for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i) {
+            rank += svd.singularValues()[i] > 1e-9 ? 1 : 0;
+        }
+        if (rank == 6) {
+            throw InputError({.file = {},
+                              .problem = "no motion is left free for borrowing",
+                              .value = std::to_string(options_->locked.size()) + " locked datums",
+                              .action = "free a motion, or lock fewer datums"});
+        }
+        basis_ = svd.matrixV().rightCols(6 - rank);
+    }
+
+    [[nodiscard]] Rigid<frame::W, frame::W> motion() const {
+        const Mat3 turn = turn_by((1.0 / (length_ * kMm)) * Vec3{total_[3], total_[4], total_[5]});
+        const Vec3 shift = (1.0 / kMm) * Vec3{total_[0], total_[1], total_[2]};
+        return {turn, centre_ - turn * centre_ + shift};
+    }
+
+    [[nodiscard]] Vector6 row_of(const Vec3& place, const Vec3& direction) const {
+        // The turn is a vector that is added to the total; the derivative is taken as if it were applied after it,
+        // which is the same but for a relative error of the turn itself (1e-2 at most), gone at the fixed point.
+        const Vec3 arm = (1.0 / length_) * cross(place - centre_ - shift_, direction);
+        return (Vector6() << direction.x, direction.y, direction.z, arm.x, arm.y, arm.z).finished();
+    }
+
+    /// Distances and their growth at the present place.
+    void look() {
+        const auto moved = motion();
+        shift_ = (1.0 / kMm) * Vec3{total_[0], total_[1], total_[2]};
+        const unsigned threads = thread_count(options_->threads);
+        parallel_pieces(points_.size(), 4096, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t i = begin; i < end; ++i) {
+                places_[i] = moved.rotation * points_[i].place + moved.translation;
+                readings_[i] = gauge_->at(places_[i], groups_[points_[i].group].face);
+                gradient_.row(static_cast<Eigen::Index>(i)) = row_of(places_[i], readings_[i].direction).transpose();
+            }
+        });
+        build_conditions();
+    }
+
+    void build_conditions() {
+        conditions_.clear();
+        for (std::uint32_t i = 0; i < points_.size(); ++i) {
+            const BorrowGroup& group = groups_[points_[i].group];
+            const Vector6 gradient = gradient_.row(i).transpose();
+            conditions_.push_back(
+                {i, false, kMm * (readings_[i].value - group.least), gradient, readings_[i].direction});
+            if (std::isfinite(group.most)) {
+                conditions_.push_back(
+                    {i, true, kMm * (group.most - readings_[i].value), -gradient, readings_[i].direction});
+            }
+        }
+        exact_ = conditions_.size();
+        for (const Strip& strip : strips_) {
+            const Vec3& place = places_[strip.point];
+            const double height = dot(place - strip.on, strip.normal);
+            conditions_.push_back({strip.point, false, kMm * (height - groups_[points_[strip.point].group].least),
+                                   row_of(place, strip.normal), strip.normal});
+        }
+    }
+
+    /// Smallest of the exact margins, mm.
+    [[nodiscard]] double smallest() const {
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < exact_; ++i) {
+            least = std::min(least, conditions_[i].value);
+        }
+        return least;
+    }
+
+    /// Rows of the motion's own bounds, in the basis: they hold for the whole motion, not for the step.
+    void add_bounds(HalfSpaces& rows, Eigen::Index at) const {
+        for (Eigen::Index i = 0; i < 6; ++i) {
+            const auto k = static_cast<std::size_t>(i);
+            const double bound = kMm * options_->bound[k] * (k < 3 ? 1.0 : length_);
+            for (const double side : {-1.0, 1.0}) {
+                rows.a.row(at).head(basis_.cols()) = -side * basis_.row(i);
+                rows.b[at] = side * total_[i] - bound;
+                ++at;
+            }
+        }
+    }
+
+    /// The three goals, one after the other, about the present place. The first one's proof goes into `out`.
+    Eigen::VectorXd improve(Borrowing& out) {
+        const Eigen::Index k = basis_.cols();
+        const auto m = static_cast<Eigen::Index>(conditions_.size());
+        HalfSpaces rows;
+        rows.a.setZero(m + 12, k + 1);
+        rows.b.setZero(m + 12);
+        for (Eigen::Index i = 0; i < m; ++i) {
+            const Condition& c = conditions_[static_cast<std::size_t>(i)];
+            rows.a.row(i).head(k) = c.gradient.transpose() * basis_;
+            rows.a(i, k) = -1.0;
+            rows.b[i] = -c.value;
+        }
+        add_bounds(rows, m);
+        Eigen::VectorXd start = Eigen::VectorXd::Zero(k + 1);
+        start[k] = smallest();
+        const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(k + 1, k + 1);
+        const Eigen::VectorXd towards = -Eigen::VectorXd::Unit(k + 1, k);
+        const ConvexSolution best = solve_convex(nothing, towards, rows, start);
+        if (!best.feasible) {
+            throw InspectionError("the bounds of the borrowing contradict each other");
+        }
+        out.kkt_residual = kkt_residual(nothing, towards, rows, best);
+        keep_proof(best, m, out);
+
+        // From here on the smallest margin is a floor.
+        rows.a.conservativeResize(Eigen::NoChange, k);
+        rows.b.head(m).array() += best.y[k] - kKept;
+        const auto [h, g] = unevenness();
+        const Eigen::VectorXd even = then(h, g, rows, best.y.head(k));
+        // Least motion, where neither of the two sees a difference.
+        const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(h);
+        const double most = std::max(eigen.eigenvalues()[k - 1], 1e-300);
+        std::vector<Eigen::Index> blind;
+        for (Eigen::Index i = 0; i < k; ++i) {
+            if (eigen.eigenvalues()[i] < 1e-9 * most || most < 1e-9) {
+                blind.push_back(i);
+            }
+        }
+        if (blind.empty()) {
+            return even;
+        }
+        Eigen::MatrixXd free(k, static_cast<Eigen::Index>(blind.size()));
+        for (std::size_t i = 0; i < blind.size(); ++i) {
+            free.col(static_cast<Eigen::Index>(i)) = eigen.eigenvectors().col(blind[i]);
+        }
+        HalfSpaces last;
+        last.a = rows.a * free;
+        last.b = rows.b - rows.a * even;
+        const Eigen::VectorXd so_far = free.transpose() * (even + basis_.transpose() * total_);
+        const auto count = free.cols();
+        return even + free * then(Eigen::MatrixXd::Identity(count, count), so_far, last, Eigen::VectorXd::Zero(count));
+    }
+
+    /// A further goal; where its rows leave no room at all, what is there already stays.
+    static Eigen::VectorXd then(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const HalfSpaces& rows,
+                                const Eigen::VectorXd& start) {
+        const ConvexSolution solution = solve_convex(h, g, rows, start);
+        return solution.feasible ? solution.y : start;
+    }
+
+    /// Variance of the allowance, mean over the faces that count, as a quadratic in the step (½ xᵀHx + gᵀx).
+    [[nodiscard]] std::pair<Eigen::MatrixXd, Eigen::VectorXd> unevenness() const {
+        struct Sums {
+            double n = 0.0;
+            double d = 0.0;
+            Vector6 g = Vector6::Zero();
+            Vector6 dg = Vector6::Zero();
+            Eigen::Matrix<double, 6, 6> gg = Eigen::Matrix<double, 6, 6>::Zero();
+        };
+        std::vector<Sums> sums(groups_.size());
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            Sums& s = sums[points_[i].group];
+            const double d = kMm * readings_[i].value;
+            const Vector6 g = gradient_.row(static_cast<Eigen::Index>(i)).transpose();
+            s.n += 1.0;
+            s.d += d;
+            s.g += g;
+            s.dg += d * g;
+            s.gg.noalias() += g * g.transpose();
+        }
+        Eigen::Matrix<double, 6, 6> h = Eigen::Matrix<double, 6, 6>::Zero();
+        Vector6 right = Vector6::Zero();
+        for (std::size_t i = 0; i < sums.size(); ++i) {
+            const Sums& s = sums[i];
+            if (groups_[i].evened && s.n > 0.0) {
+                h += 2.0 * (s.gg / s.n - s.g * s.g.transpose() / (s.n * s.n));
+                right += 2.0 * (s.dg / s.n - s.d * s.g / (s.n * s.n));
+            }
+        }
+        return {basis_.transpose() * h * basis_, basis_.transpose() * right};
+    }
+
+    [[nodiscard]] double variance() const {
+        std::vector<std::array<double, 3>> sums(groups_.size(), {0.0, 0.0, 0.0});
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            const double d = kMm * readings_[i].value;
+            auto& s = sums[points_[i].group];
+            s = {s[0] + 1.0, s[1] + d, s[2] + d * d};
+        }
+        double sum = 0.0;
+        double count = 0.0;
+        for (std::size_t i = 0; i < sums.size(); ++i) {
+            if (groups_[i].evened && sums[i][0] > 0.0) {
+                const double mean = sums[i][1] / sums[i][0];
+                sum += std::max(sums[i][2] / sums[i][0] - mean * mean, 0.0);
+                count += 1.0;
+            }
+        }
+        return count > 0.0 ? sum / count : 0.0;
+    }
+
+    void keep_proof(const ConvexSolution& best, Eigen::Index m, Borrowing& out) {
+        out.active.clear();
+        out.bounds.clear();
+        for (std::size_t i = 0; i < best.active.size(); ++i) {
+            const std::uint32_t row = best.active[i];
+            if (row >= m) {
+                const auto bound = static_cast<std::size_t>(row - m);
+                out.bounds.push_back({bound / 2, bound % 2 == 1, best.multiplier[i]});
+                continue;
+            }
+            const Condition& c = conditions_[row];
+            out.active.push_back({c.point, points_[c.point].group, c.upper, best.multiplier[i], c.value / kMm,
+                                  places_[c.point], c.direction});
+            const Reading& r = readings_[c.point];
+            if (row < exact_ && !c.upper && r.strip) {
+                strips_.push_back({c.point, places_[c.point] - r.value * r.direction, r.direction});
+            }
+        }
+    }
+
+    const FaceGauge* gauge_;
+    std::span<const BorrowPoint> points_;
+    std::span<const BorrowGroup> groups_;
+    const BorrowOptions* options_;
+    Vec3 centre_;
+    Vec3 shift_;
+    double length_;
+    Eigen::MatrixXd basis_;
+    Vector6 total_ = Vector6::Zero();  ///< mm: shift, turn · length
+    std::vector<Vec3> places_;
+    std::vector<Reading> readings_;
+    Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> gradient_;
+    std::vector<Condition> conditions_;
+    std::size_t exact_ = 0;  ///< conditions before it are of points, those after of strips
+    std::vector<Strip> strips_;
+};
+
+}  // namespace
+
+Borrowing borrow(const DistanceField& field, const FaceGauge& gauge, std::span<const BorrowPoint> points,
+                 std::span<const BorrowGroup> groups, const BorrowOptions& options) {
+    if (points.empty()) {
+        throw InspectionError("no point of the scan lies over a face that asks for anything: nothing to borrow");
+    }
+    return Borrower(field, gauge, points, groups, options).run();
+}
+
+Equalised equalise(double left, double right) noexcept {
+    const double shift = 0.5 * std::abs(right - left);
+    const double each = left < right ? left + shift : right + shift;
+    return {shift, each, each};
+}
+
+}  // namespace sc::host

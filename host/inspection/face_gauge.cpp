@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/inspection/face_gauge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace sc::host {
+
+namespace {
+
+constexpr double kSameStrip = 1e-4;  ///< radians
+constexpr double kGap = 0.4;         ///< radians: a bore that is open here has no strip to measure over
+
+Vec3 unit(const Vec3& v) { return (1.0 / std::max(norm(v), 1e-300)) * v; }
+
+Vec3 radial(const CadFace& face, const Vec3& place) {
+    const Vec3 r = place - face.point;
+    return r - dot(r, face.direction) * face.direction;
+}
+
+Reading over_radius(const CadFace& face, const Vec3& place) {
+    const Vec3 r = radial(face, place);
+    const double side = face.hollow ? -1.0 : 1.0;
+    return {side * (norm(r) - face.radius), side * unit(r), false};
+}
+
+}  // namespace
+
+FaceGauge::FaceGauge(const DistanceField& field, const FaceMap& map) : field_(&field), map_(&map) {
+    for (const CadFace& face : map.faces) {
+        bores_.push_back(face.kind == FaceKind::cylinder && face.hollow ? bore_of(face) : Bore{});
+    }
+}
+
+FaceGauge::Bore FaceGauge::bore_of(const CadFace& face) const {
+    Bore bore;
+    const Vec3 a = face.direction;
+    bore.u = unit(cross(a, std::abs(a.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+    bore.v = cross(a, bore.u);
+    const TriangleMesh& mesh = field_->mesh();
+    for (const std::uint32_t i : face.triangles) {
+        const auto& t = mesh.triangles[i];
+        const Vec3& p = mesh.vertices[t[0]];
+        const Vec3 n = cross(mesh.vertices[t[1]] - p, mesh.vertices[t[2]] - p);
+        const double area = 0.5 * norm(n);
+        if (area > 1e-6 * face.area) {
+            bore.strips.push_back({std::atan2(-dot(n, bore.v), -dot(n, bore.u)), p, unit(n), area});
+        }
+    }
+    std::ranges::sort(bore.strips, {}, &Strip::angle);
+    std::vector<Strip> merged;
+    for (const Strip& strip : bore.strips) {
+        if (!merged.empty() && strip.angle - merged.back().angle < kSameStrip) {
+            merged.back() = strip.area > merged.back().area ? strip : merged.back();
+        } else {
+            merged.push_back(strip);
+        }
+    }
+    bore.strips = std::move(merged);
+    return bore;
+}
+
+Reading FaceGauge::over_bore(const Vec3& place, const CadFace& face, const Bore& bore) const {
+    const Vec3 r = radial(face, place);
+    const double angle = std::atan2(dot(r, bore.v), dot(r, bore.u));
+    const auto count = static_cast<std::ptrdiff_t>(bore.strips.size());
+    const auto found = std::ranges::lower_bound(bore.strips, angle, {}, &Strip::angle) - bore.strips.begin();
+    Reading best{std::numeric_limits<double>::infinity(), {}, true};
+    double gap = std::numeric_limits<double>::infinity();
+    for (std::ptrdiff_t i = found - 2; i < found + 2; ++i) {
+        const Strip& strip = bore.strips[static_cast<std::size_t>(((i % count) + count) % count)];
+        gap = std::min(gap, std::abs(std::remainder(strip.angle - angle, 6.283185307179586)));
+        const double height = dot(place - strip.on, strip.normal);
+        if (height < best.value) {
+            best = {height, strip.normal, true};
+        }
+    }
+    return gap < kGap ? best : over_radius(face, place);
+}
+
+Reading FaceGauge::at(const Vec3& place, std::uint32_t face) const {
+    const CadFace& f = map_->faces[face];
+    if (f.kind == FaceKind::plane) {
+        return {dot(place - f.point, f.direction), f.direction, false};
+    }
+    if (f.kind == FaceKind::cylinder && f.hollow) {
+        return bores_[face].strips.size() < 4 ? over_radius(f, place) : over_bore(place, f, bores_[face]);
+    }
+    const Distance d = field_->at(place);
+    if (f.kind == FaceKind::cylinder && map_->face_of[d.triangle] != face) {
+        return over_radius(f, place);
+    }
+    return {d.value, field_->foot(place, d).direction, false};
+}
+
+}  // namespace sc::host
