@@ -4,7 +4,7 @@ sc_test(host_inspection_distance_test LABEL unit
   SOURCES ${dir}/distance_field_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
   DEPS host_inspection)
 sc_test(host_inspection_part_test LABEL unit
-  SOURCES ${dir}/faces_test.cpp
+  SOURCES ${dir}/faces_test.cpp ${dir}/part_zeros_test.cpp
   DEPS host_inspection)
 sc_test(host_inspection_alignment_test LABEL unit
   SOURCES ${dir}/alignment_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
