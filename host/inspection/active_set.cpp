@@ -51,7 +51,7 @@ public:
     }
 
 private:
-    [[nodiscard]] double slack(std::uint32_t row) const { return rows_->a.row(row).dot(y_) - rows_->b[row]; }
+    [[nodiscard]] double slack(std::uint32_t row) const { return rows_->row(row).dot(y_) - rows_->b[row]; }
 
     [[nodiscard]] std::optional<std::uint32_t> most_broken() const {
         double least = -kBroken;
@@ -66,7 +66,7 @@ private:
     }
 
     bool enter(std::uint32_t row) {
-        const Eigen::VectorXd normal = rows_->a.row(row).transpose();
+        const Eigen::VectorXd normal = rows_->row(row).transpose();
         double u = 0.0;
         while (true) {
             const auto q = static_cast<Eigen::Index>(active_.size());
@@ -76,7 +76,7 @@ private:
             if (q > 0) {
                 Eigen::MatrixXd n(normal.size(), q);
                 for (Eigen::Index i = 0; i < q; ++i) {
-                    n.col(i) = rows_->a.row(active_[static_cast<std::size_t>(i)]).transpose();
+                    n.col(i) = rows_->row(active_[static_cast<std::size_t>(i)]).transpose();
                 }
                 const Eigen::MatrixXd hi = factor_.solve(n);
                 r = (n.transpose() * hi).ldlt().solve(hi.transpose() * normal);
@@ -126,7 +126,7 @@ private:
 /// The worst rows at `y` join the list; false if none is broken.
 bool list_broken(const HalfSpaces& rows, const Eigen::VectorXd& y, std::size_t most, std::vector<bool>& listed,
                  std::vector<std::uint32_t>& list) {
-    const Eigen::VectorXd slack = rows.a * y - rows.b;
+    const Eigen::VectorXd slack = rows.all() * y - rows.b;
     std::vector<std::uint32_t> broken;
     for (Eigen::Index i = 0; i < slack.size(); ++i) {
         if (slack[i] < -kBroken && !listed[static_cast<std::size_t>(i)]) {
@@ -163,6 +163,7 @@ ConvexSolution solve_convex(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, 
     ConvexSolution solution;
     solution.y = start;
     list_broken(rows, start, 200, listed, list);
+    Eigen::VectorXd looked;  // where all rows were last found to hold
     for (int round = 0; round < 400; ++round) {
         const Eigen::VectorXd before = solution.y;
         while (true) {
@@ -171,7 +172,9 @@ ConvexSolution solve_convex(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, 
                 return {};
             }
             solution = method.solution();
-            if (!list_broken(rows, solution.y, 50, listed, list)) {
+            const bool moved = looked.size() == 0 || (solution.y - looked).lpNorm<Eigen::Infinity>() > 1e-13;
+            if (!moved || !list_broken(rows, solution.y, 50, listed, list)) {
+                looked = solution.y;
                 break;
             }
         }
@@ -189,11 +192,11 @@ double kkt_residual(const Eigen::MatrixXd& h, const Eigen::VectorXd& g, const Ha
     for (std::size_t i = 0; i < solution.active.size(); ++i) {
         const std::uint32_t row = solution.active[i];
         const double u = solution.multiplier[i];
-        gradient -= u * rows.a.row(row).transpose();
-        worst = std::max({worst, -u, std::abs(u * (rows.a.row(row).dot(solution.y) - rows.b[row]))});
+        gradient -= u * rows.row(row).transpose();
+        worst = std::max({worst, -u, std::abs(u * (rows.row(row).dot(solution.y) - rows.b[row]))});
     }
     if (rows.size() > 0) {
-        worst = std::max(worst, -(rows.a * solution.y - rows.b).minCoeff());
+        worst = std::max(worst, -(rows.all() * solution.y - rows.b).minCoeff());
     }
     return std::max(worst, gradient.lpNorm<Eigen::Infinity>());
 }

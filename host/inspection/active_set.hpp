@@ -10,11 +10,14 @@
 
 namespace sc::host {
 
-/// Rows a·y ≥ b of a problem in few unknowns; one row each.
+/// Rows a·y ≥ b of a problem in few unknowns; one row each. Of `a` only the first `unknowns` columns count.
 struct HalfSpaces {
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> a;
     Eigen::VectorXd b;
+    Eigen::Index unknowns = 0;
     [[nodiscard]] Eigen::Index size() const noexcept { return b.size(); }
+    [[nodiscard]] auto row(Eigen::Index i) const { return a.row(i).head(unknowns); }
+    [[nodiscard]] auto all() const { return a.leftCols(unknowns); }
 };
 
 struct ConvexSolution {

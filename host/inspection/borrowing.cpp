@@ -21,13 +21,14 @@ constexpr double kKept = 1e-9;  ///< mm of the smallest margin that the later go
 constexpr int kRounds = 20;
 constexpr double kStill = 1e-8;  ///< mm of motion at the part's rim
 
-/// One condition, linear about the present place: value + gradient · x ≥ 0, all in mm.
+constexpr std::uint32_t kNoStrip = 0xffffffffU;
+
+/// One condition, linear about the present place: value + its row · x ≥ 0, in mm.
 struct Condition {
     std::uint32_t point = 0;
+    std::uint32_t strip = kNoStrip;  ///< a kept strip instead of what is nearest now
     bool upper = false;
     double value = 0.0;
-    Vector6 gradient;
-    Vec3 direction;
 };
 
 /// A strip of a bore that once stopped a point: it goes on to count as a plane.
@@ -35,6 +36,15 @@ struct Strip {
     std::uint32_t point = 0;
     Vec3 on;
     Vec3 normal;
+};
+
+/// What the variance over one face and its growth need.
+struct Sums {
+    double n = 0.0;
+    double d = 0.0;
+    Vector6 g = Vector6::Zero();
+    Vector6 dg = Vector6::Zero();
+    Eigen::Matrix<double, 6, 6> gg = Eigen::Matrix<double, 6, 6>::Zero();
 };
 
 class Borrower {
@@ -56,6 +66,7 @@ public:
     Borrowing run() {
         Borrowing out;
         double last_margin = -std::numeric_limits<double>::infinity();
+        double reach = std::numeric_limits<double>::infinity();  // how far the next step may go, mm
         for (out.rounds = 1;; ++out.rounds) {
             look();
             const double margin = smallest();
@@ -63,13 +74,23 @@ public:
                 out.margin_before = margin / kMm;
                 out.variance_before = variance() / (kMm * kMm);
             }
-            const Eigen::VectorXd step = improve(out);
-            const double size = (basis_ * step).norm();
-            if (size < kStill || out.rounds == kRounds ||
-                (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
+            // Steps shrink. A row that is farther above the smallest than any such step can bring it is left out; should
+            // the step be longer after all, it is taken again with every row.
+            build_conditions(margin + 4.0 * reach);
+            Eigen::VectorXd step = improve(out, margin);
+            if (step.norm() > reach) {
+                build_conditions(std::numeric_limits<double>::infinity());
+                step = improve(out, margin);
+            }
+            const double size = step.norm();
+            if (size < kStill || out.rounds == kRounds || (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
                 out.margin = margin / kMm;
                 break;
             }
+            for (const Strip& strip : found_) {
+                strips_.push_back(strip);
+            }
+            reach = std::max(size, 1e-3);
             last_margin = margin;
             total_ += basis_ * step;
         }
@@ -147,35 +168,47 @@ private:
                 gradient_.row(static_cast<Eigen::Index>(i)) = row_of(places_[i], readings_[i].direction).transpose();
             }
         });
-        build_conditions();
     }
 
-    void build_conditions() {
+    /// Those whose value is at most `limit`.
+    void build_conditions(double limit) {
         conditions_.clear();
+        const auto add = [&](const Condition& c) {
+            if (c.value <= limit) {
+                conditions_.push_back(c);
+            }
+        };
         for (std::uint32_t i = 0; i < points_.size(); ++i) {
             const BorrowGroup& group = groups_[points_[i].group];
-            const Vector6 gradient = gradient_.row(i).transpose();
-            conditions_.push_back(
-                {i, false, kMm * (readings_[i].value - group.least), gradient, readings_[i].direction});
+            add({i, kNoStrip, false, kMm * (readings_[i].value - group.least)});
             if (std::isfinite(group.most)) {
-                conditions_.push_back(
-                    {i, true, kMm * (group.most - readings_[i].value), -gradient, readings_[i].direction});
+                add({i, kNoStrip, true, kMm * (group.most - readings_[i].value)});
             }
         }
-        exact_ = conditions_.size();
-        for (const Strip& strip : strips_) {
-            const Vec3& place = places_[strip.point];
-            const double height = dot(place - strip.on, strip.normal);
-            conditions_.push_back({strip.point, false, kMm * (height - groups_[points_[strip.point].group].least),
-                                   row_of(place, strip.normal), strip.normal});
+        for (std::uint32_t i = 0; i < strips_.size(); ++i) {
+            const Strip& strip = strips_[i];
+            const double height = dot(places_[strip.point] - strip.on, strip.normal);
+            add({strip.point, i, false, kMm * (height - groups_[points_[strip.point].group].least)});
         }
+    }
+
+    [[nodiscard]] Vec3 direction_of(const Condition& c) const {
+        return c.strip == kNoStrip ? readings_[c.point].direction : strips_[c.strip].normal;
+    }
+    [[nodiscard]] Vector6 gradient_of(const Condition& c) const {
+        if (c.strip != kNoStrip) {
+            return row_of(places_[c.point], direction_of(c));
+        }
+        const Vector6 gradient = gradient_.row(c.point).transpose();
+        return c.upper ? Vector6(-gradient) : gradient;
     }
 
     /// Smallest of the exact margins, mm.
     [[nodiscard]] double smallest() const {
         double least = std::numeric_limits<double>::infinity();
-        for (std::size_t i = 0; i < exact_; ++i) {
-            least = std::min(least, conditions_[i].value);
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            const BorrowGroup& group = groups_[points_[i].group];
+            least = std::min({least, kMm * (readings_[i].value - group.least), kMm * (group.most - readings_[i].value)});
         }
         return least;
     }
@@ -194,21 +227,26 @@ private:
     }
 
     /// The three goals, one after the other, about the present place. The first one's proof goes into `out`.
-    Eigen::VectorXd improve(Borrowing& out) {
+    Eigen::VectorXd improve(Borrowing& out, double margin) {
         const Eigen::Index k = basis_.cols();
         const auto m = static_cast<Eigen::Index>(conditions_.size());
         HalfSpaces rows;
-        rows.a.setZero(m + 12, k + 1);
+        rows.a.resize(m + 12, k + 1);
+        rows.a.bottomRows(12).setZero();
         rows.b.setZero(m + 12);
-        for (Eigen::Index i = 0; i < m; ++i) {
-            const Condition& c = conditions_[static_cast<std::size_t>(i)];
-            rows.a.row(i).head(k) = c.gradient.transpose() * basis_;
-            rows.a(i, k) = -1.0;
-            rows.b[i] = -c.value;
-        }
+        rows.unknowns = k + 1;
+        parallel_pieces(conditions_.size(), 8192, thread_count(options_->threads),
+                        [&](std::size_t begin, std::size_t end, unsigned) {
+                            for (std::size_t i = begin; i < end; ++i) {
+                                const auto row = static_cast<Eigen::Index>(i);
+                                rows.a.row(row).head(k) = gradient_of(conditions_[i]).transpose() * basis_;
+                                rows.a(row, k) = -1.0;
+                                rows.b[row] = -conditions_[i].value;
+                            }
+                        });
         add_bounds(rows, m);
         Eigen::VectorXd start = Eigen::VectorXd::Zero(k + 1);
-        start[k] = smallest();
+        start[k] = margin;
         const Eigen::MatrixXd nothing = Eigen::MatrixXd::Zero(k + 1, k + 1);
         const Eigen::VectorXd towards = -Eigen::VectorXd::Unit(k + 1, k);
         const ConvexSolution best = solve_convex(nothing, towards, rows, start);
@@ -219,7 +257,7 @@ private:
         keep_proof(best, m, out);
 
         // From here on the smallest margin is a floor.
-        rows.a.conservativeResize(Eigen::NoChange, k);
+        rows.unknowns = k;
         rows.b.head(m).array() += best.y[k] - kKept;
         const auto [h, g] = unevenness();
         const Eigen::VectorXd even = then(h, g, rows, best.y.head(k));
@@ -240,8 +278,9 @@ private:
             free.col(static_cast<Eigen::Index>(i)) = eigen.eigenvectors().col(blind[i]);
         }
         HalfSpaces last;
-        last.a = rows.a * free;
-        last.b = rows.b - rows.a * even;
+        last.a = rows.all() * free;
+        last.b = rows.b - rows.all() * even;
+        last.unknowns = free.cols();
         const Eigen::VectorXd so_far = free.transpose() * (even + basis_.transpose() * total_);
         const auto count = free.cols();
         return even + free * then(Eigen::MatrixXd::Identity(count, count), so_far, last, Eigen::VectorXd::Zero(count));
@@ -256,23 +295,33 @@ private:
 
     /// Variance of the allowance, mean over the faces that count, as a quadratic in the step (½ xᵀHx + gᵀx).
     [[nodiscard]] std::pair<Eigen::MatrixXd, Eigen::VectorXd> unevenness() const {
-        struct Sums {
-            double n = 0.0;
-            double d = 0.0;
-            Vector6 g = Vector6::Zero();
-            Vector6 dg = Vector6::Zero();
-            Eigen::Matrix<double, 6, 6> gg = Eigen::Matrix<double, 6, 6>::Zero();
-        };
+        // One set of sums a stretch, added up in order: the same whatever the threads.
+        constexpr std::size_t kStretch = 65536;
+        std::vector<std::vector<Sums>> pieces((points_.size() + kStretch - 1) / kStretch);
+        parallel_pieces(points_.size(), kStretch, thread_count(options_->threads),
+                        [&](std::size_t begin, std::size_t end, unsigned) {
+                            auto& sums = pieces[begin / kStretch];
+                            sums.resize(groups_.size());
+                            for (std::size_t i = begin; i < end; ++i) {
+                                Sums& s = sums[points_[i].group];
+                                const double d = kMm * readings_[i].value;
+                                const Vector6 g = gradient_.row(static_cast<Eigen::Index>(i)).transpose();
+                                s.n += 1.0;
+                                s.d += d;
+                                s.g += g;
+                                s.dg += d * g;
+                                s.gg.noalias() += g * g.transpose();
+                            }
+                        });
         std::vector<Sums> sums(groups_.size());
-        for (std::size_t i = 0; i < points_.size(); ++i) {
-            Sums& s = sums[points_[i].group];
-            const double d = kMm * readings_[i].value;
-            const Vector6 g = gradient_.row(static_cast<Eigen::Index>(i)).transpose();
-            s.n += 1.0;
-            s.d += d;
-            s.g += g;
-            s.dg += d * g;
-            s.gg.noalias() += g * g.transpose();
+        for (const auto& piece : pieces) {
+            for (std::size_t i = 0; i < sums.size(); ++i) {
+                sums[i].n += piece[i].n;
+                sums[i].d += piece[i].d;
+                sums[i].g += piece[i].g;
+                sums[i].dg += piece[i].dg;
+                sums[i].gg += piece[i].gg;
+            }
         }
         Eigen::Matrix<double, 6, 6> h = Eigen::Matrix<double, 6, 6>::Zero();
         Vector6 right = Vector6::Zero();
@@ -308,6 +357,7 @@ private:
     void keep_proof(const ConvexSolution& best, Eigen::Index m, Borrowing& out) {
         out.active.clear();
         out.bounds.clear();
+        found_.clear();
         for (std::size_t i = 0; i < best.active.size(); ++i) {
             const std::uint32_t row = best.active[i];
             if (row >= m) {
@@ -316,11 +366,12 @@ private:
                 continue;
             }
             const Condition& c = conditions_[row];
+            const Vec3 direction = direction_of(c);
             out.active.push_back({c.point, points_[c.point].group, c.upper, best.multiplier[i], c.value / kMm,
-                                  places_[c.point], c.direction});
+                                  places_[c.point], direction});
             const Reading& r = readings_[c.point];
-            if (row < exact_ && !c.upper && r.strip) {
-                strips_.push_back({c.point, places_[c.point] - r.value * r.direction, r.direction});
+            if (c.strip == kNoStrip && !c.upper && r.strip) {
+                found_.push_back({c.point, places_[c.point] - r.value * r.direction, r.direction});
             }
         }
     }
@@ -338,8 +389,8 @@ private:
     std::vector<Reading> readings_;
     Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> gradient_;
     std::vector<Condition> conditions_;
-    std::size_t exact_ = 0;  ///< conditions before it are of points, those after of strips
     std::vector<Strip> strips_;
+    std::vector<Strip> found_;  ///< active in the last program, kept from the next round on
 };
 
 }  // namespace

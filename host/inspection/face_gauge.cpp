@@ -9,8 +9,18 @@ namespace sc::host {
 
 namespace {
 
-constexpr double kSameStrip = 1e-4;  ///< radians
-constexpr double kGap = 0.4;         ///< radians: a bore that is open here has no strip to measure over
+constexpr double kSameStrip = 1e-4;
+constexpr double kGapCosine = 0.92;  ///< 23 degrees: a bore that is open here has no strip to measure over
+constexpr std::size_t kParts = 256;  ///< of the circle
+
+/// Grows with the angle, from -2 to 2: cheaper than the angle.
+double angle_of(double x, double y) {
+    const double r = y / std::max(std::abs(x) + std::abs(y), 1e-300);
+    return x >= 0.0 ? r : (y >= 0.0 ? 2.0 - r : -2.0 - r);
+}
+std::size_t part_of(double angle) {
+    return std::min(static_cast<std::size_t>((angle + 2.0) * 0.25 * static_cast<double>(kParts)), kParts - 1);
+}
 
 Vec3 unit(const Vec3& v) { return (1.0 / std::max(norm(v), 1e-300)) * v; }
 
@@ -45,7 +55,7 @@ FaceGauge::Bore FaceGauge::bore_of(const CadFace& face) const {
         const Vec3 n = cross(mesh.vertices[t[1]] - p, mesh.vertices[t[2]] - p);
         const double area = 0.5 * norm(n);
         if (area > 1e-6 * face.area) {
-            bore.strips.push_back({std::atan2(-dot(n, bore.v), -dot(n, bore.u)), p, unit(n), area});
+            bore.strips.push_back({angle_of(-dot(n, bore.u), -dot(n, bore.v)), p, unit(n), area});
         }
     }
     std::ranges::sort(bore.strips, {}, &Strip::angle);
@@ -58,25 +68,34 @@ FaceGauge::Bore FaceGauge::bore_of(const CadFace& face) const {
         }
     }
     bore.strips = std::move(merged);
+    for (std::size_t part = 0; part < kParts; ++part) {
+        const double start = -2.0 + 4.0 * static_cast<double>(part) / static_cast<double>(kParts);
+        bore.first.push_back(static_cast<std::uint32_t>(
+            std::ranges::lower_bound(bore.strips, start, {}, &Strip::angle) - bore.strips.begin()));
+    }
     return bore;
 }
 
 Reading FaceGauge::over_bore(const Vec3& place, const CadFace& face, const Bore& bore) const {
     const Vec3 r = radial(face, place);
-    const double angle = std::atan2(dot(r, bore.v), dot(r, bore.u));
-    const auto count = static_cast<std::ptrdiff_t>(bore.strips.size());
-    const auto found = std::ranges::lower_bound(bore.strips, angle, {}, &Strip::angle) - bore.strips.begin();
+    const double angle = angle_of(dot(r, bore.u), dot(r, bore.v));
+    const std::size_t count = bore.strips.size();
+    std::size_t found = bore.first[part_of(angle)];
+    while (found < count && bore.strips[found].angle < angle) {
+        ++found;
+    }
+    // The strips on both sides, and one more each: widths may differ.
     Reading best{std::numeric_limits<double>::infinity(), {}, true};
-    double gap = std::numeric_limits<double>::infinity();
-    for (std::ptrdiff_t i = found - 2; i < found + 2; ++i) {
-        const Strip& strip = bore.strips[static_cast<std::size_t>(((i % count) + count) % count)];
-        gap = std::min(gap, std::abs(std::remainder(strip.angle - angle, 6.283185307179586)));
+    for (std::size_t i = found + count - 2; i < found + count + 2; ++i) {
+        const Strip& strip = bore.strips[i < count ? i : (i < 2 * count ? i - count : i - 2 * count)];
         const double height = dot(place - strip.on, strip.normal);
         if (height < best.value) {
             best = {height, strip.normal, true};
         }
     }
-    return gap < kGap ? best : over_radius(face, place);
+    const double towards = -dot(r, best.direction);
+    const bool open = towards < 0.0 || towards * towards < kGapCosine * kGapCosine * dot(r, r);
+    return open ? over_radius(face, place) : best;
 }
 
 Reading FaceGauge::at(const Vec3& place, std::uint32_t face) const {

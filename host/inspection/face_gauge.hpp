@@ -30,7 +30,7 @@ public:
 
 private:
     struct Strip {
-        double angle = 0.0;
+        double angle = 0.0;  ///< as angle_of has it
         Vec3 on;
         Vec3 normal;
         double area = 0.0;
@@ -38,7 +38,8 @@ private:
     struct Bore {
         Vec3 u;
         Vec3 v;
-        std::vector<Strip> strips;  ///< in the order of their angle about the axis
+        std::vector<Strip> strips;         ///< in the order of their angle about the axis
+        std::vector<std::uint32_t> first;  ///< of equal parts of the circle: the first strip at or beyond its start
     };
     [[nodiscard]] Bore bore_of(const CadFace& face) const;
     [[nodiscard]] Reading over_bore(const Vec3& place, const CadFace& face, const Bore& bore) const;

@@ -181,7 +181,8 @@ private:
             }
         }
         HalfSpaces out;
-        out.a.resize(static_cast<Eigen::Index>(list.size()), k + (margin ? 1 : 0));
+        out.unknowns = k + (margin ? 1 : 0);
+        out.a.resize(static_cast<Eigen::Index>(list.size()), out.unknowns);
         out.b.resize(static_cast<Eigen::Index>(list.size()));
         for (std::size_t i = 0; i < list.size(); ++i) {
             out.a.row(static_cast<Eigen::Index>(i)) = list[i].first.transpose();

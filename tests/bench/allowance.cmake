@@ -3,21 +3,21 @@
 # this program is a test and never ships.
 if(SC_HOST)
   find_package(nlohmann_json REQUIRED)
-  add_executable(scribecell-allowance-peers ${CMAKE_CURRENT_LIST_DIR}/allowance_peers.cpp
+  add_executable(scribecell-allowance-bench ${CMAKE_CURRENT_LIST_DIR}/allowance_bench.cpp
     ${CMAKE_CURRENT_LIST_DIR}/allowance_workload.cpp ${CMAKE_CURRENT_LIST_DIR}/peer_embree.cpp
     ${CMAKE_CURRENT_LIST_DIR}/peer_cgal.cpp)
   set(root "${PROJECT_BINARY_DIR}/include/tests")
   file(MAKE_DIRECTORY "${root}")
   file(CREATE_LINK "${PROJECT_SOURCE_DIR}/tests" "${root}/tests" SYMBOLIC)
-  target_include_directories(scribecell-allowance-peers PRIVATE "${root}")
-  target_link_libraries(scribecell-allowance-peers PRIVATE sc_warnings sc_sanitizers host_inspection host_formats
+  target_include_directories(scribecell-allowance-bench PRIVATE "${root}")
+  target_link_libraries(scribecell-allowance-bench PRIVATE sc_warnings sc_sanitizers host_inspection host_formats
     nlohmann_json::nlohmann_json)
-  set_target_properties(scribecell-allowance-peers PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
+  set_target_properties(scribecell-allowance-bench PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
   find_path(SC_EMBREE_INCLUDE embree3/rtcore.h)
   find_library(SC_EMBREE_LIBRARY embree3)
   if(SC_EMBREE_INCLUDE AND SC_EMBREE_LIBRARY)
-    target_compile_definitions(scribecell-allowance-peers PRIVATE SC_WITH_EMBREE)
-    target_link_libraries(scribecell-allowance-peers PRIVATE ${SC_EMBREE_LIBRARY})
+    target_compile_definitions(scribecell-allowance-bench PRIVATE SC_WITH_EMBREE)
+    target_link_libraries(scribecell-allowance-bench PRIVATE ${SC_EMBREE_LIBRARY})
   endif()
   find_path(SC_CGAL_INCLUDE CGAL/Side_of_triangle_mesh.h)
   find_library(SC_GMP_LIBRARY gmp)
@@ -26,6 +26,6 @@ if(SC_HOST)
     # Its headers are not written for our warnings.
     set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/peer_cgal.cpp PROPERTIES
       COMPILE_DEFINITIONS SC_WITH_CGAL COMPILE_OPTIONS "-w;-frounding-math")
-    target_link_libraries(scribecell-allowance-peers PRIVATE ${SC_GMP_LIBRARY} ${SC_MPFR_LIBRARY})
+    target_link_libraries(scribecell-allowance-bench PRIVATE ${SC_GMP_LIBRARY} ${SC_MPFR_LIBRARY})
   endif()
 endif()
