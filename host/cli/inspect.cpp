@@ -10,6 +10,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/cli/cad_input.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/progress_printer.hpp"
@@ -168,7 +169,7 @@ int run(const Words& words) {
     const std::optional<Part> part = words.part.empty() ? std::nullopt : std::optional<Part>(read_part(words.part));
     InspectionRequest request = request_of(words, part);
     say("reading " + words.cad);
-    MeshFile cad = read_mesh(words.cad, unit_of(words.cad_unit, "--cad-unit"));
+    MeshFile cad = read_cad(words.cad, unit_of(words.cad_unit, "--cad-unit"));
     say("reading " + words.scan);
     const ScanFile scan = read_scan(words.scan, unit_of(words.scan_unit, "--scan-unit"));
     const DistanceField field(std::move(cad.mesh));
@@ -207,7 +208,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
     CLI::App* sub = app.add_subcommand("inspect", "Scan against CAD: allowance over each face, and borrowing.");
     sub->footer(kExamples);
     const auto words = std::make_shared<Words>();
-    sub->add_option("--cad", words->cad, "the finished part: STL, PLY or OBJ, a closed solid")
+    sub->add_option("--cad", words->cad, "the finished part: STL, PLY, OBJ or STEP, a closed solid")
         ->required()
         ->type_name("FILE");
     sub->add_option("--scan", words->scan, "the blank: PLY, PCD, XYZ, ASC, CSV or STL")->required()->type_name("FILE");

@@ -21,9 +21,10 @@ public:
         out_.min_allowance = length(parameters, "min_allowance");
         out_.max_plane_allowance = length(parameters, "max_plane_z_allowance");
         for (TomlReader& table : root_->tables("part_zero")) {
-            out_.zeros.push_back({table.text("name"),
-                                  {{table.unit_vector("x_axis"), table.unit_vector("y_axis"), table.unit_vector("z_axis")}},
-                                  place(table, "optimum")});
+            out_.zeros.push_back(
+                {table.text("name"),
+                 {{table.unit_vector("x_axis"), table.unit_vector("y_axis"), table.unit_vector("z_axis")}},
+                 place(table, "optimum")});
         }
         for (TomlReader& table : root_->tables("feature")) {
             read_feature(table);

@@ -74,8 +74,8 @@ public:
                 out.margin_before = margin / kMm;
                 out.variance_before = variance() / (kMm * kMm);
             }
-            // Steps shrink. A row that is farther above the smallest than any such step can bring it is left out; should
-            // the step be longer after all, it is taken again with every row.
+            // Steps shrink. A row that is farther above the smallest than any such step can bring it is left out;
+            // should the step be longer after all, it is taken again with every row.
             build_conditions(margin + 4.0 * reach);
             Eigen::VectorXd step = improve(out, margin);
             if (step.norm() > reach) {
@@ -83,7 +83,8 @@ public:
                 step = improve(out, margin);
             }
             const double size = step.norm();
-            if (size < kStill || out.rounds == kRounds || (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
+            if (size < kStill || out.rounds == kRounds ||
+                (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
                 out.margin = margin / kMm;
                 break;
             }
@@ -208,7 +209,8 @@ private:
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < points_.size(); ++i) {
             const BorrowGroup& group = groups_[points_[i].group];
-            least = std::min({least, kMm * (readings_[i].value - group.least), kMm * (group.most - readings_[i].value)});
+            least =
+                std::min({least, kMm * (readings_[i].value - group.least), kMm * (group.most - readings_[i].value)});
         }
         return least;
     }

@@ -141,7 +141,8 @@ private:
                     a[column(model_->features[end.feature].zero) + axis] += sign;
                 }
             }
-            const double fixed = place_of(*model_, t.first, at_zero)[t.axis] - place_of(*model_, t.second, at_zero)[t.axis];
+            const double fixed =
+                place_of(*model_, t.first, at_zero)[t.axis] - place_of(*model_, t.second, at_zero)[t.axis];
             const double half = 0.5 * kMm * (t.upper - t.lower);
             const double error = kMm * (fixed - 0.5 * (t.lower + t.upper)) / half;
             a /= half;
@@ -154,7 +155,8 @@ private:
     static Eigen::MatrixXd null_space(const Eigen::MatrixXd& h) {
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(h);
         Eigen::Index count = 0;
-        while (count < h.rows() && eigen.eigenvalues()[count] < 1e-9 * std::max(eigen.eigenvalues()[h.rows() - 1], 1e-12)) {
+        while (count < h.rows() &&
+               eigen.eigenvalues()[count] < 1e-9 * std::max(eigen.eigenvalues()[h.rows() - 1], 1e-12)) {
             ++count;
         }
         return eigen.eigenvectors().leftCols(count);

@@ -25,10 +25,10 @@ struct ZeroPlacement {
     ZeroEvaluation at;
     double kkt_residual = 0.0;  ///< of the largest smallest margin, lengths in mm
 };
-/// The second mode of borrowing: every allowance at least what is asked (hard), every distance as near to the middle of its
-/// tolerance as that allows; among those places the largest smallest allowance; among those the least way from where each
-/// zero's features lie best by themselves. Bores are cones of the zero's shift and enter as tangent planes until they hold
-/// to 1e-9 mm. Some milliseconds.
+/// The second mode of borrowing: every allowance at least what is asked (hard), every distance as near to the middle of
+/// its tolerance as that allows; among those places the largest smallest allowance; among those the least way from
+/// where each zero's features lie best by themselves. Bores are cones of the zero's shift and enter as tangent planes
+/// until they hold to 1e-9 mm. Some milliseconds.
 [[nodiscard]] ZeroPlacement place_zeros(const BlankModel& model);
 
 }  // namespace sc::host

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // scribecell-allowance-bench FOLDER [--points N] [--sign-points N] [--only speed|exact|signs|rest]: the inspection of
 // tests/data/casting-blank measured: the distance engine against Embree (speed), against every triangle (exactness) and
-// against CGAL (sign), in one run; then fit, borrowing and the published examples. One JSON object on stdout. Embree and
-// CGAL take part where they were there when this was built.
+// against CGAL (sign), in one run; then fit, borrowing and the published examples. One JSON object on stdout. Embree
+// and CGAL take part where they were there when this was built.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -124,7 +124,7 @@ std::size_t wrong_signs(const TriangleMesh& mesh, const std::vector<Vec3>& place
 /// Ratios to Embree, one thread, as the issue names them.
 void add_ratios(nlohmann::ordered_json& out) {
     for (const char* name : {"native", "211k", "951k"}) {
-        const auto& entry = out["speed"][name];
+        const nlohmann::ordered_json entry = out["speed"][name];  // a copy: adding to `out` moves its parts
         if (!entry.contains("embree_sorted")) {
             continue;
         }
@@ -194,9 +194,10 @@ void measure_borrowing(nlohmann::ordered_json& out, const DistanceField& field, 
     out["borrow_rounds"] = found.rounds;
     out["borrow_margin_mm"] = 1e3 * found.margin;
     out["kkt_residual"] = found.kkt_residual;
-    out["what_if_ms"] = 1e3 * seconds([&] {
-        static_cast<void>(evaluate(gauge, {points.data(), points.size() * 3 / 8}, plan.groups, {}, 2));
-    });
+    out["what_if_ms"] =
+        1e3 * seconds([&] {
+            static_cast<void>(evaluate(gauge, {points.data(), points.size() * 3 / 8}, plan.groups, {}, 2));
+        });
 }
 
 void add_examples(nlohmann::ordered_json& out, const std::filesystem::path& folder) {
@@ -250,8 +251,8 @@ int run(int argc, char** argv) {
         add_ratios(out);
     }
     if (wanted("exact")) {
-        out["exact_error_mm"] = std::max(worst_error(native, random),
-                                         worst_error(native, places_at_edges(native, points / 10, 5e-5, 2)));
+        out["exact_error_mm"] =
+            std::max(worst_error(native, random), worst_error(native, places_at_edges(native, points / 10, 5e-5, 2)));
     }
     if (wanted("signs") && make_cgal_sides(native)) {
         std::size_t wrong = 0;
@@ -259,8 +260,10 @@ int run(int argc, char** argv) {
         for (std::size_t done = 0; done < sign_points; done += kAtOnce) {
             const std::size_t count = std::min(kAtOnce, sign_points - done);
             const std::uint64_t seed = 100 + done;
-            wrong += wrong_signs(native, done / kAtOnce % 2 == 0 ? places_off(native, count, -4e-3, 4e-3, 2e-5, seed)
-                                                                 : places_at_edges(native, count, done / kAtOnce % 4 == 1 ? 5e-5 : 2e-3, seed));
+            wrong +=
+                wrong_signs(native, done / kAtOnce % 2 == 0
+                                        ? places_off(native, count, -4e-3, 4e-3, 2e-5, seed)
+                                        : places_at_edges(native, count, done / kAtOnce % 4 == 1 ? 5e-5 : 2e-3, seed));
         }
         out["sign_points"] = sign_points;
         out["wrong_signs"] = wrong;

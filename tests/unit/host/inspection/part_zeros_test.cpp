@@ -22,8 +22,8 @@ TEST(PartZeros, AtThePublishedPlacesGiveThePublishedTable) {
     ASSERT_EQ(model.features.size(), 12U);
     ASSERT_EQ(model.tolerances.size(), 15U);
     const ZeroEvaluation at = evaluate_zeros(model, published_zeros(model));
-    const std::vector<double> table{2.75552, 1.48859, 3.09493, 4.99987, 2.54021, 2.4056,
-                                    0.5, 0.744214, 0.744214, 0.744214, 0.75, 0.75};
+    const std::vector<double> table{2.75552, 1.48859,  3.09493,  4.99987,  2.54021, 2.4056,
+                                    0.5,     0.744214, 0.744214, 0.744214, 0.75,    0.75};
     for (std::size_t i = 0; i < table.size(); ++i) {
         EXPECT_NEAR(1e3 * at.allowance[i], table[i], 5e-5) << model.features[i].name;
     }
