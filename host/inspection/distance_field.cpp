@@ -95,7 +95,7 @@ std::string_view name_of(Simd simd) noexcept {
 }
 
 bool available(Simd simd) noexcept {
-#if defined(__x86_64__)
+#if SC_X86_64
     if (simd == Simd::avx512) {
         return __builtin_cpu_supports("avx512f") > 0 && __builtin_cpu_supports("avx512dq") > 0 &&
                __builtin_cpu_supports("avx512vl") > 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The walk through the tree, compiled once an instruction set: each nearest_*.cpp defines SC_KERNEL (its namespace) and
 // SC_LANES (doubles in a register) and includes this. Nothing here may be shared between them.
-// No #pragma once on purpose: the including source is the unit.
+#pragma once
 
 #include <array>
 #include <cstdint>
