@@ -46,8 +46,8 @@ public:
     enum class State : std::uint8_t { idle, build, backward, forward, check, write, done, failed };
 
     void begin(const RateChange& change) noexcept;
-    /// One step; returns the units of work that it counts as. `nominal` must hold the whole stretch; `made` must have room for kMostPieces. Pieces of `made`
-    /// hold real time in `start`.
+    /// One step; returns the units of work that it counts as. `nominal` must hold the whole stretch; `made` must have
+    /// room for kMostPieces. Pieces of `made` hold real time in `start`.
     std::uint32_t step(const Limits& limits, const Ring<Piece>& nominal, Ring<Piece>& made) noexcept;
     void drop() noexcept { state_ = State::idle; }
 

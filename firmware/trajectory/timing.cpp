@@ -13,7 +13,7 @@ constexpr double kLeastShare = 0.15;    ///< of the guess, below which b is not 
 constexpr std::uint32_t kMostCuts = 6;  ///< of the next set, to where there is a u at all
 constexpr double kLeastPart = 0.02;     ///< of an edge, that a change of the limit is away from its ends
 constexpr double kCapSlack = 1.0 + 1e-9;
-constexpr double kSteepest = 20.0;      ///< c, per greatest acceleration
+constexpr double kSteepest = 20.0;  ///< c, per greatest acceleration
 
 /// b·B + c·C + u·U ≤ R
 struct Row {

@@ -13,7 +13,7 @@ constexpr std::array<double, 5> kNode{0.046910077030668004, 0.23076534494715845,
 constexpr std::array<double, 5> kWeight{0.11846344252809454, 0.23931433524968324, 0.28444444444444444,
                                         0.23931433524968324, 0.11846344252809454};
 constexpr double kSharpCosine = -0.2;  ///< of a turn: the speed dips much
-constexpr double kShortest = 1e-12;  ///< s; what is left over below is rounding
+constexpr double kShortest = 1e-12;    ///< s; what is left over below is rounding
 
 /// Time over a cell: ∫ ds / √b.
 double cell_time(double h, double b0, double c0, double b1, double c1) noexcept {

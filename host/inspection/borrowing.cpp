@@ -262,7 +262,7 @@ private:
         rows.unknowns = k;
         rows.b.head(m).array() += best.y[k] - kKept;
         const auto [h, g] = unevenness();
-        const Eigen::VectorXd even = then(h, g, rows, best.y.head(k));
+        Eigen::VectorXd even = then(h, g, rows, best.y.head(k));
         // Least motion, where neither of the two sees a difference.
         const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(h);
         const double most = std::max(eigen.eigenvalues()[k - 1], 1e-300);

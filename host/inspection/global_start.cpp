@@ -73,7 +73,8 @@ public:
             const int x = i[0] + static_cast<int>(k & 1U);
             const int y = i[1] + static_cast<int>((k >> 1U) & 1U);
             const int z = i[2] + static_cast<int>(k >> 2U);
-            v[k] = static_cast<double>(value_[static_cast<std::size_t>((z * n_[1] + y) * n_[0] + x)]);
+            const int cell = (z * n_[1] + y) * n_[0] + x;
+            v[k] = static_cast<double>(value_[static_cast<std::size_t>(cell)]);
         }
         const auto mix = [](double a, double b, double t) { return a + t * (b - a); };
         const double y00 = mix(v[0], v[1], f[0]);

@@ -46,7 +46,10 @@ struct Range {
     [[nodiscard]] std::size_t size() const noexcept { return end - begin; }
 };
 
-double leaves_for(std::size_t items) { return static_cast<double>((items + kWidth - 1) / kWidth); }
+double leaves_for(std::size_t items) {
+    const std::size_t leaves = (items + kWidth - 1) / kWidth;
+    return static_cast<double>(leaves);
+}
 
 class Builder {
 public:
