@@ -234,15 +234,15 @@ Controller::Verdict Controller::set_map(const link::SetMap& m) noexcept {
     }
     MapCost cost;
     if (m.bytes == 0) {
-        runner_.set_map({}, cost);
+        runner_.set_map(kNoMap, cost);
         map_crc_ = 0;
         return {};
     }
     if (!map_intake_.whole(m.bytes, m.crc)) {
         return {Refusal::map_incomplete, static_cast<std::int64_t>(map_intake_.size())};
     }
-    const std::optional<AxisMap> map = map_intake_.map();
-    if (!map) {
+    const AxisMap* map = map_intake_.map();
+    if (map == nullptr) {
         return {Refusal::bad_map, 0};
     }
     if (const MapFinding finding = check_map(machine_, *map, cost); finding.refusal != Refusal::none) {

@@ -30,7 +30,7 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept
       y_retracted_(machine.y_retracted.si()),
       geometry_(machine),
       field_(Compensation{}, machine.galvo) {
-    set_map({}, {});
+    set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
         galvo_limits_.speed[mirror] = machine.galvo.speed.si();
@@ -455,7 +455,7 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     }
     place_pulses(since * machine_.control_period_ns, may_mark, out);
     const double lag = exact_double(light_lag_ns()) * 1e-9;
-    motion_.forget_before(t - lag - seconds(2));
+    motion_.forget_before(t - lag - seconds(2), placer_.next_distance(motion_));
     const bool drained = t > motion_.end_time() + lag + seconds(kDrainTicks);
     if (motion_.stopped() && drained) {
         at_rest_ = true;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 
 #include "shared/hash/crc.hpp"
@@ -34,13 +33,14 @@ public:
     [[nodiscard]] bool whole(std::size_t bytes, std::uint32_t crc) const noexcept {
         return size_ == bytes && crc_.value() == crc;
     }
-    /// Nothing when the bytes are no map of this version.
-    [[nodiscard]] std::optional<AxisMap> map() const noexcept {
-        return link::deserialise_map(std::span(bytes_).first(size_));
+    /// Null when the bytes are no map of this version.
+    [[nodiscard]] const AxisMap* map() noexcept {
+        return link::deserialise_map(std::span(bytes_).first(size_), map_) ? &map_ : nullptr;
     }
 
 private:
     link::MapBytes bytes_{};
+    AxisMap map_;
     std::size_t size_ = 0;
     Crc32 crc_;
 };

@@ -70,7 +70,7 @@ void AxisGeometry::set(const AxisMap& map, const MapCost& cost) noexcept {
             }
         }
     }
-    turned_ = map.turn != AxisMap{}.turn;
+    turned_ = map.turn != kNoMap.turn;
     for (std::size_t table = 0; table < kTurnTables; ++table) {
         for (std::size_t k = 0; k < kTurnWrapped; ++k) {
             // A cell takes the node before it too.

@@ -23,11 +23,14 @@ constexpr double kReadyShare = 1.25;  ///< of that, before it begins
 constexpr double kSameRate = 1e-9;
 constexpr double kLeastRate = 0.05;
 constexpr double kGoShare = 0.6;
-constexpr double kBackShare = 0.7;
+/// Rates, and shares of the way, that a way back is tried at: the slower and shorter, the more the limits have left.
+/// What is left of the way is then gone from the next rest.
+constexpr std::array<double, 7> kBackRates{1.0, 0.6, 0.3, 0.8, 0.4, 0.5, 0.2};
+constexpr std::array<double, 7> kBackShares{1.0, 1.0, 1.0, 0.4, 0.4, 0.12, 0.04};
+constexpr double kLeastBack = 0.5;      ///< of a stop's time
 constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
 constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
 constexpr std::uint32_t kSlackTicks = 3;
-constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
 
 /// Time of a stop from the path's speed.
 double stop_time_of(const trajectory::Limits& limits) noexcept {
@@ -264,12 +267,13 @@ void PathMotion::drop_task() noexcept {
 
 /// A stop for want of points is begun while there is still enough of them for it.
 void PathMotion::watch_supply() noexcept {
-    if (complete_ || stop_wanted_) {
+    // While there is no room for more, the way on makes some.
+    if (complete_ || stop_wanted_ || planner_.pieces().free() < trajectory::kPiecesAtOnce) {
         return;
     }
     const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_;
     const double ahead = nominal_end() - nominal_at(now_);
-    // While the planner is at work, or has no room, it is a drought only when little is left.
+    // While the planner is at work, it is a drought only when little is left.
     if (ahead < (waits_ ? reserve : kLastReserve * reserve)) {
         starved_ = true;
         stop_wanted_ = true;
@@ -343,6 +347,7 @@ void PathMotion::begin_moving_task(Task task) noexcept {
                 stop_wanted_ = false;
                 rests_ = true;
                 rest_u_ = end;
+                leg(leg_end_ - 1).end = end_time();
                 stop_time_ = smaller(stop_time_, now_);
             }
             return;
@@ -381,7 +386,7 @@ void PathMotion::give_up() noexcept {
     if (failed == Task::go) {
         go_rate_ = larger(kGoShare * go_rate_, kLeastRate);
     } else if (failed == Task::back) {
-        backed_ = resume_wanted_;  // from here, then
+        backed_ = true;  // from here, then: what lacks the way to gather speed is withheld and counted
     }
 }
 
@@ -412,8 +417,8 @@ void PathMotion::publish() noexcept {
           .last = made_.end()});
     if (task == Task::stop || task == Task::back) {
         rests_ = true;
-        rest_u_ = change_.until;
-        backed_ = task == Task::back && resume_wanted_;
+        rest_u_ = end.u;
+        backed_ = task == Task::back && resume_wanted_ && back_reaches_;
         if (task == Task::stop) {
             stop_wanted_ = false;
             stop_time_ = smaller(stop_time_, begin);
@@ -421,7 +426,7 @@ void PathMotion::publish() noexcept {
         return;
     }
     rate_ = change_.rate;
-    push({.begin = begin + end.t, .u0 = change_.until, .rate = rate_, .slowness = 1.0 / rate_});
+    push({.begin = begin + end.t, .u0 = end.u, .rate = rate_, .slowness = 1.0 / rate_});
     if (task == Task::go) {
         go_rate_ = 1.0;
         go_on(begin);
@@ -470,23 +475,29 @@ void PathMotion::go_on(double begin) noexcept {
 }
 
 void PathMotion::begin_back() noexcept {
-    const double share = step_ == 0 ? 1.0 : back_share_;
-    back_share_ = kBackShare * share;
     RateChange change;
     change.from = {.u = rest_u_};
     change.piece = piece_at(rest_u_);
     if (planner_.pieces()[change.piece].start == rest_u_ && change.piece != planner_.pieces().first()) {
         --change.piece;
     }
-    double u = time_at_distance(resume_distance_ - ends_.run_in());
+    const double aim = time_at_distance(resume_distance_ - ends_.run_in());
+    // Too short a way has no room to gather speed.
+    double u = larger(smaller(aim, rest_u_ - kLeastBack * stop_span_), 0.0);
     std::uint32_t k = change.piece;
     for (std::uint32_t n = 0; n < kTooMany && k != planner_.pieces().first() && planner_.pieces()[k].start > u; ++n) {
         --k;
     }
     u = larger(u, planner_.pieces()[k].start);
-    change.until = rest_u_ - share * (rest_u_ - u);
+    if (!(u < rest_u_ - 0.5 * kLeastBack * stop_span_)) {
+        backed_ = true;  // no more is kept to back up over
+        begin_go();
+        return;
+    }
+    change.until = rest_u_ - kBackShares[step_] * (rest_u_ - u);
     change.end = change.until > 0.0 ? RateChange::End::rest : RateChange::End::free;
-    change.rate = 1.0;
+    change.rate = kBackRates[step_];
+    back_reaches_ = !(change.until > aim);
     begin_change(Task::back, change);
 }
 
@@ -517,93 +528,6 @@ void PathMotion::begin_go() noexcept {
         change.end = RateChange::End::free;
     }
     begin_change(Task::go, change);
-}
-
-// --- readers --------------------------------------------------------------------------------------------------------
-
-Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
-    std::uint32_t i = cursor.leg;
-    if (static_cast<std::int32_t>(i - leg_first_) < 0 || static_cast<std::int32_t>(leg_end_ - i) <= 0) {
-        i = leg_end_ - 1;
-    }
-    while (i != leg_first_ && t < leg(i).begin) {
-        --i;
-    }
-    while (i + 1 != leg_end_ && t >= leg(i).end) {
-        ++i;
-    }
-    cursor.leg = i;
-    const Leg& now = leg(i);
-    const bool nominal = now.nominal;
-    const trajectory::Ring<Piece>& ring = nominal ? planner_.pieces() : made_;
-    const std::uint32_t first = nominal ? ring.first() : now.first;
-    const std::uint32_t last = (nominal ? planned_end_ : now.last) - 1;
-    const double u = nominal ? now.u0 + (t - now.begin) * now.rate : t - now.begin;
-    std::uint32_t k = cursor.piece;
-    if (k - first > last - first) {
-        k = nominal ? piece_at(u) : first;
-    }
-    while (k != first && ring[k].start > u) {
-        --k;
-    }
-    while (k != last && ring[k + 1].start <= u) {
-        ++k;
-    }
-    cursor.piece = k;
-    const Piece& piece = ring[k];
-    Segment s;
-    s.piece = &piece;
-    s.rate = nominal ? now.rate : 1.0;
-    s.t0 = nominal ? now.begin + (piece.start - now.u0) * now.slowness : now.begin + piece.start;
-    s.begin = larger(s.t0, now.begin);
-    if (k != last) {
-        const double next = ring[k + 1].start;
-        s.end = smaller(now.begin + (nominal ? (next - now.u0) * now.slowness : next), now.end);
-    } else {
-        s.end = now.end < kOpenEnd ? now.end : s.t0 + piece.duration * now.slowness;
-    }
-    if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
-        // Before the law begins, between two legs at rest, or behind its end.
-        const bool after = t >= s.end;
-        const double at = after ? s.end : s.begin;
-        s.x0 = clamped((at - s.t0) * s.rate, 0.0, piece.duration);
-        s.t0 = t;
-        s.rate = 0.0;
-        s.begin = after ? s.end : -1e30;
-        s.end = after ? (i + 1 != leg_end_ ? leg(i + 1).begin : 1e30) : at;
-        return s;
-    }
-    s.moving = true;
-    return s;
-}
-
-void PathMotion::forget_before(double t) noexcept {
-    if (task_ != Task::none || !open_ || !ready()) {
-        return;
-    }
-    Cursor cursor;
-    const Segment s = segment(t, cursor);
-    while (leg_first_ != cursor.leg) {
-        ++leg_first_;
-    }
-    const Leg& now = leg(cursor.leg);
-    if (!now.nominal) {
-        made_.forget_before(cursor.piece);
-        return;
-    }
-    // Re-timed legs that are still to come keep theirs.
-    std::uint32_t next = cursor.leg;
-    while (next != leg_end_ && leg(next).nominal) {
-        ++next;
-    }
-    made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
-    // Behind the reader the way of a run-in is kept, to back up.
-    const double keep = s.piece->distance[0] - 1.3 * ends_.run_in();
-    trajectory::Ring<Piece>& pieces = planner_.pieces();
-    while (pieces.first() != cursor.piece &&
-           (pieces[pieces.first() + 1].distance[0] < keep || pieces.free() < 4 * trajectory::kPiecesAtOnce)) {
-        pieces.forget_before(pieces.first() + 1);
-    }
 }
 
 }  // namespace sc::motion

@@ -27,7 +27,7 @@ using trajectory::Place;
 
 inline constexpr std::uint32_t kPointsPerTick = 8;  ///< that are taken
 /// Units of planning a tick; a unit is one step of one cell, or one point.
-inline constexpr std::uint32_t kUnitsPerTick = 20;
+inline constexpr std::uint32_t kUnitsPerTick = 36;
 
 /// A stretch of path time on one polynomial. What is read for each frame and each pulse comes from here: no look-up, no
 /// division, no root, no comparison. Valid until the next tick().
@@ -93,8 +93,8 @@ public:
     [[nodiscard]] bool can_continue() const noexcept { return stopped() && ready(); }
     /// All of a finished path is planned, and the law runs to its end.
     [[nodiscard]] bool complete() const noexcept { return complete_ && !rests_; }
-    /// The law ends at rest before the path's end.
-    [[nodiscard]] bool stopped() const noexcept { return rests_ && !backed_; }
+    /// The law ends at rest before the path's end, and no resume is under way.
+    [[nodiscard]] bool stopped() const noexcept { return rests_ && !resume_wanted_; }
     /// Path time at which the law ends, once complete() or stopped().
     [[nodiscard]] double end_time() const noexcept;
     /// Path time from which the law moves forward again after a resume; pulses before it are withheld.
@@ -114,8 +114,8 @@ public:
 
     /// Law about path time t. Only after ready().
     [[nodiscard]] Segment segment(double t, Cursor& cursor) const noexcept;
-    /// Nothing before path time t is read any more.
-    void forget_before(double t) noexcept;
+    /// Nothing before path time t is read any more, and a resume will be from `distance` or beyond.
+    void forget_before(double t, double distance) noexcept;
 
     /// For prints of the state.
     [[nodiscard]] const trajectory::Planner& planner() const noexcept { return planner_; }
@@ -206,6 +206,7 @@ private:
     bool complete_ = false;  ///< the nominal trajectory is planned to the path's end
     bool rests_ = false;     ///< the law ends at rest, now or later
     bool backed_ = false;    ///< for the resume that is under way
+    bool back_reaches_ = false;  ///< the way back under way is the last of them
     double rest_u_ = 0.0;
     double stop_time_ = 1e30;
     double rearm_time_ = 0.0;
@@ -217,7 +218,6 @@ private:
     std::uint32_t step_ = 0;    ///< of the ladder of spans
     std::uint32_t missed_ = 0;  ///< times that a change was not ready in time
     double go_rate_ = 1.0;
-    double back_share_ = 1.0;
     std::uint32_t made_begin_ = 0;
     /// States of the re-timed leg in force, so that another change can begin in its midst.
     std::array<trajectory::Rate, trajectory::Retimer::kNodes> rates_{};

@@ -27,12 +27,13 @@ double stop_shape(double x) noexcept {
     return y * cube_root(y);
 }
 
-/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`.
-double ramp_jerk(const Limits& limits, const Node& a, const Node& z) noexcept {
+/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`; what comes next to it, up to `beyond`, must
+/// be able to take it up.
+double ramp_jerk(const Limits& limits, const Node& a, const Node& z, const Node& beyond) noexcept {
     double jerk = 1e15;
     double acceleration = 1e15;
     for (std::size_t k = 0; k < kAxisCount; ++k) {
-        const double d = larger(absolute(a.d1[k]), absolute(z.d1[k]));
+        const double d = larger(larger(absolute(a.d1[k]), absolute(z.d1[k])), absolute(beyond.d1[k]));
         if (d > 0.0) {
             jerk = smaller(jerk, kRampShare * limits.jerk[k] / d);
             acceleration = smaller(acceleration, kRampShare * limits.acceleration[k] / d);
@@ -119,7 +120,7 @@ void place_node(const Limits& limits, const Piece& piece, double u, double sign,
 std::uint32_t Retimer::units(std::uint32_t pieces) noexcept {
     // Build and write once; backward, forward and check, and perhaps a second try of these.
     const std::uint32_t nodes = pieces + static_cast<std::uint32_t>(kCells);
-    return (nodes < kNodes ? nodes : kNodes) * (2 + (3 * (kUnitsBackward + 2)) / 2);
+    return (nodes < kNodes ? nodes : kNodes) * (2 + (3 * (kUnitsBackward + 1 + kUnitsCheck)) / 2);
 }
 
 void Retimer::begin(const RateChange& change) noexcept {
@@ -138,7 +139,7 @@ std::uint32_t Retimer::step(const Limits& limits, const Ring<Piece>& nominal, Ri
         case State::build: build(limits, nominal); break;
         case State::backward: backward(limits); return kUnitsBackward;
         case State::forward: forward(limits); break;
-        case State::check: check(limits, nominal); break;
+        case State::check: check(limits, nominal); return kUnitsCheck;
         case State::write: write(limits, nominal, made); break;
         case State::idle:
         case State::done:
@@ -265,10 +266,10 @@ void Retimer::begin_backward(const Limits& limits) noexcept {
 
 void Retimer::guess(const Limits& limits) noexcept {
     if (first_ > 0) {
-        begin_jerk_ = begin_share_ * ramp_jerk(limits, nodes_[0], nodes_[1]);
+        begin_jerk_ = begin_share_ * ramp_jerk(limits, nodes_[0], nodes_[1], nodes_[count_ > 2 ? 2 : 1]);
     }
     if (target_ + 1 < count_) {
-        end_jerk_ = end_share_ * ramp_jerk(limits, nodes_[target_], nodes_[target_ + 1]);
+        end_jerk_ = end_share_ * ramp_jerk(limits, nodes_[target_], nodes_[target_ + 1], nodes_[target_ > 0 ? target_ - 1 : 0]);
     }
     if (tries_ > 0) {
         return;

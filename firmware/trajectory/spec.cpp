@@ -72,10 +72,10 @@ std::expected<Limits, Refusal> make_limits(const Spec& spec) noexcept {
     limits.merge = clamped(0.2 * spec.tolerance, 1e-9, 2e-6);
     limits.corner_cosine = spec.tolerance < kLeastRounding ? kSharpCosine : kCornerCosine;
     limits.longest_cell = larger(fastest / kCellsPerBraking, kLongestCell * spec.speed);
-    limits.longest_step = larger(fastest / kStepsPerBraking, 0.5 * kLongestCell * spec.speed);
+    limits.longest_step = larger(fastest / kStepsPerBraking, 0.2 * kLongestCell * spec.speed);
     limits.stub = larger(smaller(30.0 * spec.tolerance, 2.5 * stub), 10.0 * limits.merge);
     limits.window = larger(kBrakingsAhead * slowest, 8.0 * limits.longest_cell);
-    limits.near_rest = kNearRest * limits.window;
+    limits.near_rest = larger(kNearRest * kBrakingsAhead * slowest, limits.longest_cell);
     return limits;
 }
 

@@ -19,8 +19,10 @@ constexpr double kCloser = 0.8;        ///< after a check that failed
 constexpr double kSpacingsAhead = 4.0;
 constexpr std::uint32_t kVerticesAhead = 144;
 constexpr std::uint32_t kVerticesBeside = 48;
-constexpr std::uint32_t kMostSteps = 8;  ///< of a cell
-constexpr std::int64_t kDeferred = 7;    ///< cells that must fit beyond the one that is given out
+constexpr std::uint32_t kMostSteps = 8;    ///< of a cell
+constexpr std::int64_t kDeferred = 7;      ///< cells that must fit beyond the one that is given out
+constexpr std::int64_t kFixed = 3;         ///< knots beyond the last node given out that cannot change any more
+constexpr std::uint32_t kFixedTries = 12;  ///< to fit a cell between them, which once did
 
 }  // namespace
 
@@ -285,7 +287,10 @@ void SplineBuilder::set_closer(Polyline& points, std::int64_t cell) noexcept {
         points[i].spacing =
             smaller(points[i].spacing, points[i - 1].spacing + kSlope * (points[i].s - points[i - 1].s));
     }
-    const std::int64_t kept = cell > 2 ? cell - 2 : 0;
+    std::int64_t kept = cell > 2 ? cell - 2 : 0;
+    if (given_ > 0 && kept < given_ + kFixed) {
+        kept = given_ + kFixed;
+    }
     knots_ = kept + 1;
     complete_ = false;
     const auto back_to = [](std::int64_t& count, std::int64_t most) { count = count < most ? count : most; };
@@ -333,6 +338,7 @@ void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<
         nodes[nodes.end() - 1].h = step;
     }
     ++given_;
+    tries_ = 0;
 }
 
 /// Appends a node; its greatest b is that of the node itself and of the middles of the steps beside it.
@@ -383,6 +389,8 @@ bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nod
     }
     if (checked_ + 1 < drafts_ && checked_ + 1 < knots_) {
         if (fits(points, limits, checked_)) {
+            ++checked_;
+        } else if (given_ > 0 && checked_ < given_ + kFixed && ++tries_ > kFixedTries) {
             ++checked_;
         } else {
             set_closer(points, checked_);

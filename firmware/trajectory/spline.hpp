@@ -96,6 +96,7 @@ private:
     std::int64_t drafts_ = 0;
     std::int64_t checked_ = 0;  ///< cells below fit
     std::int64_t given_ = 0;    ///< nodes below are given out
+    std::uint32_t tries_ = 0;   ///< to fit the cell that is next to those given out
 };
 
 }  // namespace sc::trajectory

@@ -98,7 +98,9 @@ struct Workspace {
     Polygon set;
 };
 
-inline constexpr std::uint32_t kUnitsBackward = 3;  ///< that a backward_step() counts as (planner.hpp)
+/// Units (planner.hpp) that a backward_step() counts as, and the check of a cell.
+inline constexpr std::uint32_t kUnitsBackward = 3;
+inline constexpr std::uint32_t kUnitsCheck = 2;
 
 /// Set of `node` from that of `next`; what it leaves out is small. False if it is empty. Where the node has a slack,
 /// its state of the plan in force stays in the set if possible. Cost: some 6 000 instructions, 12 000 at most.

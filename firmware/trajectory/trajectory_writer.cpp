@@ -90,28 +90,44 @@ Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
     Excess found;
     double fastest = 0.0;
     // Speed and its rate in a few places; a peak between two of them is taken to be where their tangents meet.
-    constexpr int kParts = 6;
+    constexpr int kParts = 4;
     const double part = motion.duration * (1.0 / kParts);
+    Place per_limit{};
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        per_limit[k] = limits.velocity[k] > 0.0 ? 1.0 / limits.velocity[k] : 0.0;
+    }
+    std::array<std::size_t, kAxisCount> moving{};
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const Quintic& q = motion.axis[k];
+        if (q[1] != 0.0 || q[2] != 0.0 || q[3] != 0.0 || q[4] != 0.0 || q[5] != 0.0) {
+            moving[count] = k;
+            ++count;
+        }
+    }
+    const double per_speed = 1.0 / limits.speed;
     std::array<Motion, kAxisCount + 1> last{};
     for (int i = 0; i <= kParts; ++i) {
         const double t = part * i;
         std::array<Motion, kAxisCount + 1> now{};
-        Place v{};
-        Place a{};
-        for (std::size_t k = 0; k < kAxisCount; ++k) {
-            v[k] = rate(motion.axis[k], t);
-            a[k] = second_rate(motion.axis[k], t);
-            if (limits.velocity[k] > 0.0) {
-                const double share = 1.0 / limits.velocity[k];
-                now[k] =
-                    v[k] < 0.0 ? Motion{0.0, -v[k] * share, -a[k] * share} : Motion{0.0, v[k] * share, a[k] * share};
+        double square = 0.0;
+        double rise = 0.0;
+        for (std::size_t m = 0; m < count; ++m) {
+            const std::size_t k = moving[m];
+            const double v = rate(motion.axis[k], t);
+            const double a = second_rate(motion.axis[k], t);
+            const double share = v < 0.0 ? -per_limit[k] : per_limit[k];
+            now[m] = {0.0, v * share, a * share};
+            if (k < 3) {
+                square = square + v * v;
+                rise = rise + v * a;
             }
         }
-        const double along_path = length3(v);
+        const double along_path = square_root(square);
         if (along_path > 0.0) {
-            now[kAxisCount] = {0.0, along_path / limits.speed, dot3(v, a) / (along_path * limits.speed)};
+            now[count] = {0.0, along_path * per_speed, rise / along_path * per_speed};
         }
-        for (std::size_t k = 0; k < now.size(); ++k) {
+        for (std::size_t k = 0; k <= count; ++k) {
             fastest = larger(fastest, now[k].v);
             if (i > 0 && last[k].a > 0.0 && now[k].a < 0.0) {
                 const double x = clamped((now[k].v - last[k].v - now[k].a * part) / (last[k].a - now[k].a), 0.0, part);
@@ -121,7 +137,8 @@ Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
         last = now;
     }
     found.speed = fastest;
-    for (std::size_t k = 0; k < kAxisCount; ++k) {
+    for (std::size_t m = 0; m < count; ++m) {
+        const std::size_t k = moving[m];
         if (limits.velocity[k] > 0.0) {
             const Peaks most = peaks(motion.axis[k], motion.duration);
             found.acceleration = larger(found.acceleration, most.acceleration / limits.acceleration[k]);

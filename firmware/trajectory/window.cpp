@@ -8,19 +8,27 @@
 namespace sc::trajectory {
 namespace {
 
-constexpr double kCommitShare = 0.3;      ///< of a window, to be written before the next plan at least
-constexpr double kTrustShare = 0.25;      ///< of a plan in force, whose speeds are the guess for the next
-constexpr double kGuessShare = 1.0;       ///< of the acceleration, for the first guess
-constexpr double kRampShare = 0.7;        ///< of the limits, for a ramp on a curve
-constexpr double kMost = 1.002;           ///< excess that is accepted
-constexpr double kOffCurve = 0.05;        ///< of the tolerance
-constexpr double kMostSpeed = 1.001;      ///< it is looked at in a few places of a cell only
+constexpr double kCommitShare = 0.3;          ///< of a window, to be written before the next plan at least
+constexpr double kTrustShare = 0.25;          ///< of a plan in force, whose speeds are the guess for the next
+constexpr double kGuessShare = 1.0;           ///< of the acceleration, for the first guess
+constexpr double kRampShare = 0.7;            ///< of the limits, for a ramp on a curve
+constexpr double kMost = 1.002;               ///< excess that is accepted
+constexpr double kOffCurve = 0.05;            ///< of the tolerance
+constexpr double kOffCurveAtRest = 0.045;     ///< the same, for the choice of a place of rest
+constexpr double kWayIn = 1e6;                ///< weight of a way in to rest that is off the curve
+constexpr std::uint32_t kRestsLookedAt = 48;  ///< nodes
+constexpr std::uint32_t kRestsAUnit = 12;
+constexpr double kMostSpeed = 1.001;  ///< it is looked at in a few places of a cell only
+constexpr double kLevelLate = 0.8;    ///< the same, if trials leave the curve again and again
+constexpr std::uint32_t kLateTry = 5;
+constexpr double kLevel = 0.65;           ///< of the guess beside it, at least
 constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
 constexpr double kSlack = 0.012;          ///< near the start of a plan that begins moving
 constexpr double kContinueShare = 0.1;    ///< of a window, if the plan in force goes on
 constexpr std::uint32_t kMostParts = 16;  ///< of a cell passed from rest to rest
 constexpr double kChordShare = 0.05;      ///< of the tolerance, for their chords
 constexpr std::uint32_t kTries = 3;
+constexpr double kLittleStretch = 1.05;      ///< rather than more tries
 constexpr std::uint32_t kGuessesAtOnce = 8;  ///< cells
 constexpr std::uint32_t kTriesFromRest = 8;
 
@@ -51,6 +59,12 @@ double ramp_jerk(const Limits& limits, const Node& a, const Node& z) noexcept {
     jerk = smaller(jerk, acceleration * square_root(acceleration / (6.0 * h)));
     const double t = 3.0 * h / square_root(kRampShare * smaller(a.cap, z.cap));
     return smaller(jerk, 6.0 * h / (t * t * t));
+}
+
+/// How far the quintic of a ramp from rest leaves the cell; `d2` is at the rest, and `h` leads away from it.
+/// s = h τ³ there, of which the quintic misses τ³ (1 − τ)³ times 1 of τ⁶ and 13.9 of τ⁹ in the middle.
+double off_curve_at_rest(const Node& cell, const Place& d2, double h) noexcept {
+    return h * h * length(along(times(1.0 / 128.0, d2), 13.9 / 384.0 * h, cell.d3));
 }
 
 /// Speed that the curve itself allows, for the guess.
@@ -95,13 +109,12 @@ std::uint32_t WindowPlanner::step(const Limits& limits, Ring<Node>& nodes, Traje
             if (done_ || !find_window(limits, nodes)) {
                 return 0;
             }
-            begin_plan(limits, nodes);
-            return 1;
+            return begin_plan(limits, nodes);
         case Stage::guess_up: guess_up(limits, nodes); return 1;
         case Stage::guess_down: guess_down(limits, nodes); return 1;
         case Stage::backward: backward(limits, nodes); return kUnitsBackward;
         case Stage::forward: forward(limits, nodes); return 1;
-        case Stage::check: check(limits, nodes); return 1;
+        case Stage::check: check(limits, nodes); return kUnitsCheck;
         case Stage::write:
             if (writer.pieces().free() < kPiecesAtOnce) {
                 return 0;
@@ -129,20 +142,50 @@ bool WindowPlanner::find_window(const Limits& limits, const Ring<Node>& nodes) n
     return false;
 }
 
-void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept {
+/// Draws the window's end in to where quintics follow the curve to rest there, and from it. Units of work.
+std::uint32_t WindowPlanner::choose_rest(const Limits& limits, const Ring<Node>& nodes) noexcept {
+    const double most = kOffCurveAtRest * limits.tolerance;
+    double least = 1e12;
+    std::uint32_t best = window_;
+    std::uint32_t n = 0;
+    for (; n < kRestsLookedAt && window_ - n > base_ + 2; ++n) {
+        const std::uint32_t w = window_ - n;
+        const Node& before = nodes[w - 1];
+        const double in = off_curve_at_rest(before, along(before.d2, before.h, before.d3), -before.h);
+        const double out = off_curve_at_rest(nodes[w], nodes[w].d2, nodes[w].h);
+        // The way in is planned each time, the way out only if no later plan goes on.
+        const double off = in > most ? kWayIn * in : larger(in, out);
+        if (off < least) {
+            least = off;
+            best = w;
+        }
+        if (off <= most) {
+            break;
+        }
+    }
+    window_ = best;
+    return n / kRestsAUnit;
+}
+
+std::uint32_t WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept {
+    std::uint32_t units = 1;
     if (to_end_ && in_force_ && force_to_end_) {
         // Nothing new: the plan in force already ends the run.
         commit_ = force_target_;
         cursor_ = base_;
         stage_ = Stage::write;
-        return;
+        return units;
+    }
+    if (!to_end_) {
+        units += choose_rest(limits, nodes);
     }
     target_ = to_end_ ? window_ : window_ - 1;
     if (target_ <= base_) {
         give_up(nodes);
-        return;
+        return units;
     }
     tries_ = 0;
+    strayed_ = false;
     target_length_ = to_end_ ? end_.ramp : nodes[target_].h;
     target_jerk_ = target_share_ * (to_end_ ? end_.joint.jerk : ramp_jerk(limits, nodes[target_], nodes[window_]));
     if (resting_) {
@@ -150,6 +193,7 @@ void WindowPlanner::begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept
         start_jerk_ = fresh_ ? begin_.joint.jerk : start_share_ * ramp_jerk(limits, nodes[base_ - 1], nodes[base_]);
     }
     begin_guess();
+    return units;
 }
 
 namespace {
@@ -277,7 +321,7 @@ void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to,
     const Excess e = excess(limits, motion);
     if (!(off_curve(from, motion, b0, c0, b1, c1) <= kOffCurve * limits.tolerance)) {
         good_ = false;
-        crooked_ = true;
+        crooked_ = strayed_ = true;
     }
     if (e.jerk > kMost) {
         good_ = false;
@@ -342,23 +386,46 @@ void WindowPlanner::judge(const Limits& limits, Ring<Node>& nodes) noexcept {
     again(limits, nodes);
 }
 
+/// No guess far below those on both sides of it, so that no trial all but stops between them; and, after a trial of the
+/// plan that left the curve, on one side.
+void WindowPlanner::level_guess(Ring<Node>& nodes) const noexcept {
+    const double share = strayed_ && tries_ >= kLateTry ? kLevelLate : kLevel;
+    double level = 0.0;
+    for (std::uint32_t i = base_; i != target_ + 1; ++i) {
+        level = larger(nodes[i].guess, share * level);
+        nodes[i].trial_b = level;
+    }
+    level = 0.0;
+    for (std::uint32_t i = target_ + 1; i-- != base_;) {
+        Node& node = nodes[i];
+        level = larger(node.guess, share * level);
+        if (node.slack == 0.0) {
+            node.guess = strayed_ ? larger(node.trial_b, level) : smaller(node.trial_b, level);
+        }
+    }
+}
+
 /// Another try about the last one's speeds, or none.
 void WindowPlanner::again(const Limits& limits, Ring<Node>& nodes) noexcept {
     ++tries_;
-    if (tries_ >= (resting_ ? kTriesFromRest : kTries)) {
-        if (resting_ && sound_ && !crooked_ && worst_ < 1e3) {
+    const bool last = tries_ >= (resting_ ? kTriesFromRest : kTries);
+    if (last || (resting_ && tries_ > kTries)) {
+        if (resting_ && sound_ && !crooked_ && worst_ < (last ? 1e3 : kLittleStretch)) {
             ++counts_.stretched;
             accept(limits, nodes, worst_ * 1.0001);
             return;
         }
-        give_up(nodes);
-        return;
+        if (last) {
+            give_up(nodes);
+            return;
+        }
     }
     if (sound_) {
         for (std::uint32_t i = base_; i != target_ + 1; ++i) {
             Node& node = nodes[i];
             node.guess = larger(node.trial_b, kLeastGuess * node.cap);
         }
+        level_guess(nodes);
     } else {
         begin_guess();
         return;

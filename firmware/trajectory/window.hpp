@@ -48,7 +48,8 @@ private:
     };
 
     [[nodiscard]] bool find_window(const Limits& limits, const Ring<Node>& nodes) noexcept;
-    void begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept;
+    [[nodiscard]] std::uint32_t choose_rest(const Limits& limits, const Ring<Node>& nodes) noexcept;
+    [[nodiscard]] std::uint32_t begin_plan(const Limits& limits, Ring<Node>& nodes) noexcept;
     void begin_guess() noexcept;
     void guess_up(const Limits& limits, Ring<Node>& nodes) noexcept;
     void guess_down(const Limits& limits, Ring<Node>& nodes) noexcept;
@@ -59,6 +60,7 @@ private:
     void check(const Limits& limits, Ring<Node>& nodes) noexcept;
     void judge(const Limits& limits, Ring<Node>& nodes) noexcept;
     void again(const Limits& limits, Ring<Node>& nodes) noexcept;
+    void level_guess(Ring<Node>& nodes) const noexcept;
     void give_up(Ring<Node>& nodes) noexcept;
     void accept(const Limits& limits, Ring<Node>& nodes, double stretch) noexcept;
     void commit_to(const Ring<Node>& nodes, double length) noexcept;
@@ -98,6 +100,7 @@ private:
     bool sound_ = false;  ///< the trial has states everywhere
     bool good_ = false;
     bool crooked_ = false;  ///< it leaves the curve
+    bool strayed_ = false;  ///< a trial of the plan did
     double worst_ = 0.0;    ///< stretch that would cure the trial
     double start_share_ = 1.0;
     double target_share_ = 1.0;

@@ -81,8 +81,10 @@ Check example(const fs::path& root) {
     try {
         ScribeOptions options;
         options.job = root / "examples/ras3dm/job.toml";
-        const Planned planned = plan_for(read_input(options), reference_machine());
-        check.found += ": " + std::to_string(planned.plan.paths.size()) + " lines to burn";
+        const ScribeInput input = read_input(options);
+        const Planned planned = plan_for(input, reference_machine());
+        check.found += ": " + std::to_string(planned.plan.paths.size()) + " lines to burn; calibration " +
+                       input.calibration.id + (input.calibration.axis_map ? " with" : " without") + " an axis map";
     } catch (const std::exception& error) {
         check.good = false;
         check.found = error.what();

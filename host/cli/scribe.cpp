@@ -113,7 +113,7 @@ int print(const ScribeOutcome& outcome, bool json) {
         std::fprintf(stderr, "scribecell: the emitted samples break the machine's limits %llu times\n",
                      static_cast<unsigned long long>(outcome.report->samples.limit_violations));
     }
-    if (outcome.report && !outcome.report->accuracy.complete) {
+    if (outcome.report && !outcome.report->complete()) {
         std::fprintf(stderr, "scribecell: what was found is not all that was to be burnt, or more than that\n");
     }
     return outcome.exit_code();

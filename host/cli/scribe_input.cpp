@@ -29,31 +29,37 @@ std::filesystem::path example_job() {
 
 bool same_angle(double a, double b) { return std::abs(a - b) < kSameAngleDeg; }
 
-std::string angles_text(const std::vector<JobFace>& faces) {
+std::string angles_text(const Job& job) {
     std::string text;
-    for (const JobFace& face : faces) {
+    for (const JobFace& face : job.faces) {
         text += (text.empty() ? "" : ", ") + number_text(face.angle_deg);
+    }
+    for (const JobPath& path : job.paths) {
+        text += (text.empty() ? "" : ", ") + number_text(path.face_deg);
     }
     return text;
 }
 
 /// Keeps the faces asked for, in the job's order.
 void keep_faces(Job& job, const std::vector<double>& wanted) {
-    const auto asked = [&](const JobFace& face) {
-        return std::any_of(wanted.begin(), wanted.end(), [&](double w) { return same_angle(w, face.angle_deg); });
+    const auto asked = [&](double angle) {
+        return std::any_of(wanted.begin(), wanted.end(), [&](double w) { return same_angle(w, angle); });
     };
     for (const double angle : wanted) {
         const bool there = std::any_of(job.faces.begin(), job.faces.end(),
-                                       [&](const JobFace& face) { return same_angle(angle, face.angle_deg); });
+                                       [&](const JobFace& face) { return same_angle(angle, face.angle_deg); }) ||
+                           std::any_of(job.paths.begin(), job.paths.end(),
+                                       [&](const JobPath& path) { return same_angle(angle, path.face_deg); });
         if (!there) {
             throw InputError({.file = job.file.string(),
                               .problem = "the job has no such face",
                               .value = number_text(angle),
-                              .action = "choose of: " + angles_text(job.faces)});
+                              .action = "choose of: " + angles_text(job)});
         }
     }
     if (!wanted.empty()) {
-        std::erase_if(job.faces, [&](const JobFace& face) { return !asked(face); });
+        std::erase_if(job.faces, [&](const JobFace& face) { return !asked(face.angle_deg); });
+        std::erase_if(job.paths, [&](const JobPath& path) { return !asked(path.face_deg); });
     }
 }
 
@@ -116,7 +122,10 @@ ScribeInput read_input(const ScribeOptions& options) {
 }
 
 Planned plan_for(const ScribeInput& input, const MachineConfig& machine) {
-    Planned planned{.table = read_table(input.table_file, machine), .plan = {}};
+    Planned planned;
+    if (!input.table_file.empty()) {
+        planned.table = read_table(input.table_file, machine);
+    }
     const PlanOptions options{.face = std::nullopt, .points_from_table = input.points_from_table};
     planned.plan = plan_job(input.job, planned.table, input.calibration, machine, options);
     return planned;
@@ -128,6 +137,9 @@ std::string describe_item(const JobPlan& plan, std::size_t item) {
             continue;
         }
         std::string text(name_of(path.kind));
+        if (!path.name.empty()) {
+            text += " \"" + path.name + "\"";
+        }
         if (path.marker != 0) {
             text += " of marker " + std::to_string(path.marker);
         }

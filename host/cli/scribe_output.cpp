@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/scribe_output.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace sc::host::cli {
@@ -12,20 +14,32 @@ constexpr double kMmPerMetre = 1e3;
 
 Json place_json(const Point<frame::H>& p) { return {p.v.x * kMmPerMetre, p.v.y * kMmPerMetre, p.v.z * kMmPerMetre}; }
 
+std::size_t arcs_of(const PlannedPath& path) {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(path.pieces, [](const Piece& piece) { return piece.circle.has_value(); }));
+}
+
 Json path_json(const PlannedPath& path) {
-    return {{"path", path.id},
-            {"face_deg", path.face_deg},
-            {"kind", name_of(path.kind)},
-            {"marker", path.marker},
-            {"actuator", path.settings.actuator == Actuator::galvo ? "galvo" : "axes"},
-            {"from_mm", place_json(path.from)},
-            {"to_mm", place_json(path.to)},
-            {"speed_mm_s", path.settings.speed.si() * kMmPerMetre},
-            {"pitch_um", path.settings.pitch.si() * 1e6},
-            {"energy_uj", path.settings.energy.si() * 1e6},
-            {"passes", path.settings.passes},
-            {"source", path.source.file.string()},
-            {"line", path.source.line}};
+    Json json{{"path", path.id},
+              {"face_deg", path.face_deg},
+              {"kind", name_of(path.kind)},
+              {"marker", path.marker},
+              {"actuator", path.settings.actuator == Actuator::galvo ? "galvo" : "axes"},
+              {"from_mm", place_json(path.from)},
+              {"to_mm", place_json(path.to)},
+              {"speed_mm_s", path.settings.speed.si() * kMmPerMetre},
+              {"pitch_um", path.settings.pitch.si() * 1e6},
+              {"energy_uj", path.settings.energy.si() * 1e6},
+              {"passes", path.settings.passes},
+              {"source", path.source.file.string()},
+              {"line", path.source.line}};
+    if (path.kind == PathKind::free_path) {
+        json["name"] = path.name;
+        json["length_mm"] = length(path.pieces) * kMmPerMetre;
+        json["straight_pieces"] = path.pieces.size() - arcs_of(path);
+        json["arcs"] = arcs_of(path);
+    }
+    return json;
 }
 
 Json plan_json(const ScribeOutcome& outcome) {
@@ -97,6 +111,10 @@ std::string plan_text(const ScribeOutcome& outcome) {
                             p.marker == 0 ? std::string("-") : std::to_string(p.marker),
                             p.settings.actuator == Actuator::galvo ? "galvo" : "axes", place_text(p.from),
                             place_text(p.to), p.settings.speed.si() * kMmPerMetre, p.settings.pitch.si() * 1e6);
+        if (p.kind == PathKind::free_path) {
+            text += fmt::format("{:>30} {}: {:.3f} mm, {} straight pieces, {} arcs\n", "", p.name,
+                                length(p.pieces) * kMmPerMetre, p.pieces.size() - arcs_of(p), arcs_of(p));
+        }
     }
     text +=
         fmt::format("\n{} pulses over {:.1f} mm on {} faces; about {:.0f} s of the cell's time\n", plan.expected_pulses,

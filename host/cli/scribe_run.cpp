@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/scribe_run.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <memory>
@@ -16,6 +17,7 @@
 #include "host/formats/file.hpp"
 #include "host/formats/journal.hpp"
 #include "host/formats/pulse_trace.hpp"
+#include "host/path/face_places.hpp"
 
 namespace sc::host::cli {
 namespace {
@@ -193,11 +195,19 @@ private:
 
     void verify() {
         const PulseTrace trace = read_pulse_trace(folder_->path() / "pulses.trace");
-        const BurnFindings burns = find_burns(trace.pulses, trace.header.axis, face_angles(table_));
+        FollowedPaths followed = follow_paths(trace.pulses, trace.header.axis, outcome_.plan);
+        std::vector<double> angles = face_angles(table_);
+        for (const double face : outcome_.plan.faces) {
+            if (std::ranges::none_of(angles, [face](double angle) { return same_face(angle, face); })) {
+                angles.push_back(face);
+            }
+        }
+        const BurnFindings burns = find_burns(followed.others, trace.header.axis, angles);
         Report report{.accuracy = assess(burns, table_, outcome_.plan, trace.header, input_.calibration),
                       .burns = burns,
                       .samples = check_samples(folder_->path() / "samples.trace", outcome_.machine),
-                      .run = {}};
+                      .run = {},
+                      .paths = std::move(followed.paths)};
         report.run.job = outcome_.job_name;
         report.run.job_hash = hex(outcome_.plan.hash);
         report.run.state = outcome_.state;
@@ -234,7 +244,7 @@ int ScribeOutcome::exit_code() const {
     if (failure) {
         return failure->exit_code;
     }
-    const bool wrong = report && (report->samples.limit_violations > 0 || !report->accuracy.complete);
+    const bool wrong = report && (report->samples.limit_violations > 0 || !report->complete());
     return wrong ? kFailed : kDone;
 }
 

@@ -19,6 +19,7 @@ constexpr std::string_view kFormat = "scribecell-job";
 constexpr std::string_view kFromTable = "table";
 constexpr std::array kFrames{PlaceFrame::h, PlaceFrame::c, PlaceFrame::w};
 constexpr Limits kCrossSizeMm{0.1, 200.0};
+constexpr Limits kArcFit{0.0, 0.9};  // what is left of the tolerance is the controller's
 constexpr Limits kLineLengthMm{1.0, 2000.0};
 
 PlaceFrame read_frame(TomlReader& table) { return kFrames[table.choice("frame", {"h", "c", "w"})]; }
@@ -35,6 +36,21 @@ FaceLine read_line(TomlReader& table) {
     }
     table.finish();
     return out;
+}
+
+std::vector<PathStep> read_steps(TomlReader& table) {
+    std::vector<PathStep> steps;
+    for (const TomlReader::Stop& stop : table.stops_mm("points_mm")) {
+        steps.push_back({stop.line, stop.via, stop.to});
+    }
+    if (steps.size() < 2) {
+        table.fail("points_mm", "holds fewer than two places", std::to_string(steps.size()),
+                   "give the start and at least one place more");
+    }
+    if (steps.front().via) {
+        table.fail("points_mm", "begins with an arc", "via", "give the place where the arc begins first: [x, y, z]");
+    }
+    return steps;
 }
 
 JobFace read_face(TomlReader& table) {
@@ -66,12 +82,6 @@ std::vector<JobFace> read_faces(TomlReader& root) {
         }
         faces.push_back(face);
     }
-    if (faces.empty()) {
-        throw InputError({.file = root.file().string(),
-                          .problem = "key is missing",
-                          .value = "face",
-                          .action = "add a [[face]] for every face that is to be burnt"});
-    }
     return faces;
 }
 
@@ -86,31 +96,85 @@ void read_settings(TomlReader& root, Job& job) {
         job.datum_line = DatumLineSettings{length, read_mark_settings(*table)};
         table->finish();
     }
-    if (!job.cross && !job.datum_line) {
+    if (!job.cross && !job.datum_line && !root.has("path")) {
         throw InputError({.file = root.file().string(),
                           .problem = "key is missing",
                           .value = "cross",
-                          .action = "add [cross], [datum_line] or both: this job burns nothing"});
+                          .action = "add [cross], [datum_line] or a [[path]]: this job burns nothing"});
     }
+}
+
+void check_faces(const Job& job) {
+    const bool marks = job.cross || job.datum_line;
+    if (marks != job.faces.empty()) {
+        return;
+    }
+    throw InputError({.file = job.file.string(),
+                      .line = marks ? 0 : job.faces.front().line,
+                      .problem = marks ? "key is missing" : "a face is given, but nothing is to be burnt at its points",
+                      .value = "face",
+                      .action = marks ? "add a [[face]] for every face that is to be burnt"
+                                      : "add [cross] or [datum_line], or take it out: a [[path]] names its own face"});
+}
+
+[[noreturn]] void refuse_alignment(const Job& job, int line) {
+    throw InputError({.file = job.file.string(),
+                      .line = line,
+                      .problem = "frame w needs the workpiece's place in c",
+                      .value = "w",
+                      .action = "add [alignment] with rotation and translation_mm (c_from_w)"});
 }
 
 void check_alignment(const Job& job) {
     if (job.c_from_w) {
         return;
     }
+    const auto path = std::ranges::find(job.paths, PlaceFrame::w, &JobPath::frame);
+    if (path != job.paths.end()) {
+        refuse_alignment(job, path->line);
+    }
     for (const JobFace& face : job.faces) {
         const bool line_in_w = face.datum_line && face.datum_line->frame == PlaceFrame::w;
         if (face.frame == PlaceFrame::w || line_in_w) {
-            throw InputError({.file = job.file.string(),
-                              .line = line_in_w ? face.datum_line->line : face.line,
-                              .problem = "frame w needs the workpiece's place in c",
-                              .value = "w",
-                              .action = "add [alignment] with rotation and translation_mm (c_from_w)"});
+            refuse_alignment(job, line_in_w ? face.datum_line->line : face.line);
         }
     }
 }
 
-void read_paths(TomlReader& root, Job& job) {
+JobPath read_path(TomlReader& table, std::size_t number) {
+    JobPath path;
+    path.line = table.line();
+    path.name = table.text_or("name", "path " + std::to_string(number));
+    path.face_deg = table.number("face_deg");
+    path.frame = read_frame(table);
+    if (table.has("file")) {
+        path.file = beside(table.file(), table.text("file"));
+        if (table.has("points_mm")) {
+            table.fail("points_mm", "is given besides a file of points", "file", "give one of the two");
+        }
+    } else {
+        path.steps = read_steps(table);
+    }
+    path.arc_fit = table.number_or("arc_fit", 0.0, kArcFit);
+    path.settings = read_mark_settings(table);
+    table.finish();
+    return path;
+}
+
+std::vector<JobPath> read_free_paths(TomlReader& root) {
+    std::vector<JobPath> paths;
+    for (TomlReader& table : root.tables("path")) {
+        JobPath path = read_path(table, paths.size() + 1);
+        const auto same = [&path](const JobPath& other) { return other.name == path.name; };
+        if (std::ranges::any_of(paths, same)) {
+            table.fail("name", "appears twice", shortened(path.name), "give every path a name of its own");
+        }
+        paths.push_back(std::move(path));
+    }
+    return paths;
+}
+
+void read_files(TomlReader& root, Job& job) {
     const auto from_table = [](const JobFace& face) { return face.points.empty(); };
     if (root.has("table") || std::ranges::any_of(job.faces, from_table)) {
         job.table = beside(job.file, root.text("table"));
@@ -130,7 +194,9 @@ Job parse_job(const std::filesystem::path& path, std::string_view text) {
         table->finish();
     }
     job.faces = read_faces(root);
-    read_paths(root, job);
+    job.paths = read_free_paths(root);
+    check_faces(job);
+    read_files(root, job);
     check_alignment(job);
     root.finish();
     return job;
@@ -141,6 +207,26 @@ void write_line(TomlWriter& out, const FaceLine& line) {
     out.text("frame", name_of(line.frame));
     out.vector("from_mm", line.from, 1e3);
     out.vector("to_mm", line.to, 1e3);
+}
+
+void write_path(TomlWriter& out, const std::filesystem::path& file, const JobPath& path) {
+    out.item("path");
+    out.text("name", path.name);
+    out.number("face_deg", path.face_deg);
+    out.text("frame", name_of(path.frame));
+    if (path.file.empty()) {
+        std::vector<TomlWriter::Stop> stops;
+        for (const PathStep& step : path.steps) {
+            stops.push_back({step.via, step.to});
+        }
+        out.stops("points_mm", stops, 1e3);
+    } else {
+        out.text("file", stored_path(file, path.file));
+    }
+    if (path.arc_fit > 0.0) {
+        out.number("arc_fit", path.arc_fit);
+    }
+    write_mark_settings(out, path.settings);
 }
 
 std::string rendered(const std::filesystem::path& path, const Job& job) {
@@ -173,6 +259,9 @@ std::string rendered(const std::filesystem::path& path, const Job& job) {
         if (face.datum_line) {
             write_line(out, *face.datum_line);
         }
+    }
+    for (const JobPath& free : job.paths) {
+        write_path(out, path, free);
     }
     return out.str();
 }

@@ -48,6 +48,25 @@ struct JobFace {
     std::optional<FaceLine> datum_line;
 };
 
+/// One place of a free path: straight there, or over `via` on a circle. Metres.
+struct PathStep {
+    int line = 0;  ///< of the file that gives it
+    std::optional<Vec3> via;
+    Vec3 to;
+    bool operator==(const PathStep&) const noexcept = default;
+};
+/// A free path: neither cross nor datum line.
+struct JobPath {
+    int line = 0;      ///< of the job file
+    std::string name;  ///< unique; "path N" by default, N from 1
+    double face_deg = 0.0;
+    PlaceFrame frame = PlaceFrame::h;
+    std::filesystem::path file;   ///< CSV of places (points.hpp); empty: `steps`
+    std::vector<PathStep> steps;  ///< the first is its start
+    double arc_fit = 0.0;         ///< share of the tolerance within which dense points may become arcs; 0: they stay
+    MarkSettings settings;
+};
+
 /// A job: which points on which faces, burnt how. File: format = "scribecell-job", version = 1. Paths are resolved
 /// against the job file's folder when read.
 struct Job {
@@ -59,11 +78,12 @@ struct Job {
     std::optional<DatumLineSettings> datum_line;  ///< none: no datum lines
     std::optional<Rigid<frame::C, frame::W>> c_from_w;
     std::vector<JobFace> faces;  ///< in the order in which they are burnt; angles are unique
+    std::vector<JobPath> paths;  ///< a face's come after its crosses and line; faces of paths alone at last
 };
 
 /// Throws InputError for a missing file, TOML that does not parse, a missing, unknown or repeated key, a value out of
-/// its range, a rotation that is none, `w` without alignment, no face, the same face twice. The files that the job
-/// names are not opened.
+/// its range, a rotation that is none, `w` without alignment, nothing to burn, the same face twice, a path of fewer
+/// than two places. The files that the job names are not opened.
 [[nodiscard]] Job read_job(const std::filesystem::path& path);
 /// Writes paths relative to the new file's folder. Throws InputError if it cannot be written.
 void write_job(const std::filesystem::path& path, const Job& job);

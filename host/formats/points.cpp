@@ -39,6 +39,25 @@ FacePoints read_points(const std::filesystem::path& path) {
     return out;
 }
 
+std::vector<RoutePoint> read_route(const std::filesystem::path& path) {
+    const CsvTable csv = CsvTable::read(path);
+    csv.refuse_columns_beyond({"x", "y", "z"});
+    const std::size_t x = csv.column("x");
+    const std::size_t y = csv.column("y");
+    const std::size_t z = csv.column("z");
+    std::vector<RoutePoint> route;
+    for (std::size_t i = 0; i < csv.size(); ++i) {
+        route.push_back({csv.line(i), {csv.number(i, x) / 1e3, csv.number(i, y) / 1e3, csv.number(i, z) / 1e3}});
+    }
+    if (route.size() < 2) {
+        throw InputError({.file = path.string(),
+                          .problem = "has fewer than two places",
+                          .value = std::to_string(route.size()),
+                          .action = "give a row for each place of the path"});
+    }
+    return route;
+}
+
 void write_points(const std::filesystem::path& path, const FacePoints& points) {
     std::string text = "no,x,y,z\n";
     for (const FacePoint& p : points.points) {

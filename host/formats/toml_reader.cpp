@@ -232,6 +232,30 @@ Vec3 TomlReader::vector_mm(std::string_view key) {
     return {v.x / 1e3, v.y / 1e3, v.z / 1e3};
 }
 
+std::vector<TomlReader::Stop> TomlReader::stops_mm(std::string_view key) {
+    std::vector<Stop> out;
+    for (const toml::node& node : array(key)) {
+        if (const auto* inner = node.as_table()) {
+            TomlReader stop(*file_, *inner, path_of(key));
+            const Vec3 via = stop.vector_mm("via");
+            out.push_back({line_at(node), via, stop.vector_mm("to")});
+            stop.finish();
+            continue;
+        }
+        const auto* list = node.as_array();
+        if (list == nullptr || list->size() != 3) {
+            throw InputError({.file = file_->string(),
+                              .line = line_at(node),
+                              .problem = path_of(key) + " holds what is no place",
+                              .value = value_text(node),
+                              .action = "give [x, y, z], or { via = [x, y, z], to = [x, y, z] } for an arc"});
+        }
+        const auto mm = [&](std::size_t i) { return as_number(key, *list->get(i)) / 1e3; };
+        out.push_back({line_at(node), std::nullopt, {mm(0), mm(1), mm(2)}});
+    }
+    return out;
+}
+
 TomlReader TomlReader::table(std::string_view key) {
     const toml::node& node = get(key);
     if (const auto* inner = node.as_table()) {

@@ -54,6 +54,13 @@ public:
     [[nodiscard]] Vec3 vector(std::string_view key);
     /// Millimetres to metres.
     [[nodiscard]] Vec3 vector_mm(std::string_view key);
+    /// A list of places, each [x, y, z] or { via = [x, y, z], to = [x, y, z] }; millimetres to metres.
+    struct Stop {
+        int line = 0;
+        std::optional<Vec3> via;
+        Vec3 to;
+    };
+    [[nodiscard]] std::vector<Stop> stops_mm(std::string_view key);
     /// A rotation matrix; refuses one that is not orthogonal to 1e-6, or a mirror.
     [[nodiscard]] Mat3 rotation(std::string_view key);
     /// A unit vector to 1e-6, normalised.

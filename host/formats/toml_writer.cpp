@@ -132,6 +132,18 @@ void TomlWriter::vector(std::string_view key, const Vec3& si, double divisor) {
     numbers(key, {si.x, si.y, si.z}, divisor);
 }
 
+void TomlWriter::stops(std::string_view key, const std::vector<Stop>& stops, double divisor) {
+    const auto place = [divisor](const Vec3& v) {
+        return listed({file_value(v.x, divisor), file_value(v.y, divisor), file_value(v.z, divisor)});
+    };
+    std::string value = "[\n";
+    for (const Stop& stop : stops) {
+        value += stop.via ? "    { via = " + place(*stop.via) + ", to = " + place(stop.to) + " },\n"
+                          : "    " + place(stop.to) + ",\n";
+    }
+    line(key, value + "]");
+}
+
 void TomlWriter::matrix(std::string_view key, const std::vector<std::vector<double>>& rows) {
     std::string value = "[\n";
     for (const auto& row : rows) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,6 +31,12 @@ public:
     void number(std::string_view key, double si, double divisor = 1.0);
     void numbers(std::string_view key, const std::vector<double>& si, double divisor = 1.0);
     void vector(std::string_view key, const Vec3& si, double divisor = 1.0);
+    /// Places and arcs, as TomlReader::stops_mm reads them.
+    struct Stop {
+        std::optional<Vec3> via;
+        Vec3 to;
+    };
+    void stops(std::string_view key, const std::vector<Stop>& stops, double divisor);
     /// Already in file units.
     void matrix(std::string_view key, const std::vector<std::vector<double>>& rows);
     void rotation(std::string_view key, const Mat3& rotation);

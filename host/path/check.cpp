@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "host/formats/error.hpp"
+#include "host/path/curve.hpp"
 
 namespace sc::host {
 
@@ -17,9 +18,13 @@ namespace {
 constexpr std::array<char, 3> kAxisLetter{'x', 'y', 'z'};
 constexpr double kRatioSlack = 1e-9;
 constexpr double kPowerSteps = 255.0;
-constexpr double kSmallestPitch = 1e-9;  ///< metres; the wire's unit
+constexpr double kStraightError = 10e-6;  ///< metres
+constexpr double kSmallestPitch = 1e-9;   ///< metres; the wire's unit
 
 std::string what(const PlannedPath& path) {
+    if (path.kind == PathKind::free_path) {
+        return fmt::format("path \"{}\" of face {}", path.name, path.face_deg);
+    }
     return path.kind == PathKind::datum_line
                ? fmt::format("datum line of face {}", path.face_deg)
                : fmt::format("{} of marker {} on face {}", name_of(path.kind), path.marker, path.face_deg);
@@ -40,10 +45,43 @@ std::string what(const PlannedPath& path) {
                       .action = std::move(action)});
 }
 
-Vec3 direction_of(const PlannedPath& path) {
-    const Vec3 way = path.to.v - path.from.v;
-    const double length = norm(way);
-    return length > 0.0 ? (1.0 / length) * way : Vec3{};
+/// What a refusal names of a path whose place stands in this line.
+PlannedPath at_line(const PlannedPath& path, int line) {
+    PlannedPath named;
+    named.id = path.id;
+    named.face_deg = path.face_deg;
+    named.kind = path.kind;
+    named.marker = path.marker;
+    named.centre = path.centre;
+    named.name = path.name;
+    named.source = {path.source.file, line > 0 ? line : path.source.line};
+    return named;
+}
+
+/// The piece in straight steps that stay within kStraightError of it.
+std::vector<Vec3> straight_steps(const Piece& piece) {
+    std::vector<Vec3> places{piece.from};
+    if (piece.circle) {
+        const double ratio = std::min(1.0, kStraightError / piece.circle->radius());
+        const auto count = static_cast<int>(std::ceil(piece.circle->angle / (2.0 * std::acos(1.0 - ratio))));
+        for (int i = 1; i < count; ++i) {
+            places.push_back(piece.at(static_cast<double>(i) / count));
+        }
+    }
+    places.push_back(piece.to);
+    return places;
+}
+
+/// The places of an arc at which a set-point of the axes, or of the mirrors, turns back.
+std::vector<Vec3> extremes(const Piece& piece, const Mat3& mapped) {
+    std::vector<Vec3> places;
+    if (piece.circle) {
+        const Circle& circle = *piece.circle;
+        for (const double phi : turning_angles(mapped * circle.first, mapped * circle.second, circle.angle)) {
+            places.push_back(circle.at(phi));
+        }
+    }
+    return places;
 }
 
 void check_travel(const PlannedPath& path, const Vec3& place, const MachineConfig& machine,
@@ -77,12 +115,14 @@ void check_field(const PlannedPath& path, const Vec3& end, const MachineConfig& 
     }
 }
 
-void check_keep_out(const PlannedPath& path, const Vec3& from, const Vec3& to, const MachineConfig& machine) {
+void check_keep_out(const PlannedPath& path, const Vec3& from, const Vec3& to, const MachineConfig& machine,
+                    double margin = 0.0) {
     const std::size_t count = std::min<std::size_t>(machine.keep_out_count, kKeepOutCapacity);
     for (std::size_t i = 0; i < count; ++i) {
         const KeepOut& box = machine.keep_out[i];
-        if (meets(box, from, to)) {
-            const Vec3 at = path.centre.v;
+        const Vec3 slack{margin, margin, margin};
+        if (meets({box.min - slack, box.max + slack}, from, to)) {
+            const Vec3 at = path.kind == PathKind::free_path ? 0.5 * (from + to) : path.centre.v;
             refuse_place(
                 path, fmt::format("{}: meets keep-out volume {}", what(path), i),
                 fmt::format("({:.3f}, {:.3f}, {:.3f}) mm", 1e3 * at.x, 1e3 * at.y, 1e3 * at.z),
@@ -92,10 +132,27 @@ void check_keep_out(const PlannedPath& path, const Vec3& from, const Vec3& to, c
     }
 }
 
-void check_speed(const PlannedPath& path, const Job& job, const MachineConfig& machine) {
+/// How fast a circle can be followed at all.
+double speed_on(const Piece& piece, const MoveLimits& limits) {
+    const double radius = piece.circle->radius();
+    return std::min(std::sqrt(limits.acceleration * radius), std::cbrt(limits.jerk * radius * radius));
+}
+
+void check_speed(const PlannedPath& path, const std::vector<Piece>& pieces, const Job& job,
+                 const MachineConfig& machine) {
     const double speed = path.settings.speed.si();
-    const double limit = limits_along(direction_of(path), path.settings.actuator, machine).speed;
     const double least = machine.laser.mark_speed_min.si();
+    double limit = std::numeric_limits<double>::max();
+    for (const Piece& piece : pieces) {
+        const MoveLimits limits = limits_along(piece.steepest(), path.settings.actuator, machine);
+        limit = std::min(limit, limits.speed);
+        if (piece.circle && speed_on(piece, limits) < least) {
+            refuse_place(
+                at_line(path, piece.line),
+                fmt::format("{}: an arc is too small to be followed at the laser's least marking speed", what(path)),
+                fmt::format("radius {:.6g} mm", 1e3 * piece.circle->radius()), "make its radius larger");
+        }
+    }
     if (speed > limit * (1.0 + kRatioSlack)) {
         refuse_setting(job, fmt::format("{}: speed is above the limit of its actuator", what(path)),
                        fmt::format("{:.6g} mm/s", 1e3 * speed), fmt::format("use {:.6g} mm/s or less", 1e3 * limit));
@@ -106,13 +163,12 @@ void check_speed(const PlannedPath& path, const Job& job, const MachineConfig& m
     }
 }
 
-std::uint8_t check_rate(const PlannedPath& path, const Job& job, const LaserConfig& laser) {
+std::uint8_t check_rate(const PlannedPath& path, double path_length, const Job& job, const LaserConfig& laser) {
     const double pitch = path.settings.pitch.si();
     if (!(pitch >= kSmallestPitch)) {
         refuse_setting(job, fmt::format("{}: pitch is too small", what(path)), fmt::format("{:.6g} mm", 1e3 * pitch),
                        "use at least 1 nm");
     }
-    const double path_length = norm(path.to.v - path.from.v);
     if (path_length < pitch) {
         refuse_setting(job, fmt::format("{}: it is shorter than the distance between two pulses", what(path)),
                        fmt::format("{:.6g} mm", 1e3 * path_length), "make it longer, or the pitch smaller");
@@ -196,31 +252,53 @@ bool meets(const KeepOut& box, const Vec3& from, const Vec3& to) noexcept {
 }
 
 std::uint8_t check_settings(const PlannedPath& path, const Job& job, const MachineConfig& machine) {
-    check_speed(path, job, machine);
-    const std::uint8_t pick = check_rate(path, job, machine.laser);
+    const std::vector<Piece> pieces = pieces_of(path);
+    check_speed(path, pieces, job, machine);
+    const std::uint8_t pick = check_rate(path, length(pieces), job, machine.laser);
     check_energy(path, job, machine.laser, pick);
     return pick;
 }
 
 void check_places(const PlannedPath& path, const MachineConfig& machine, const Compensation& compensation) {
-    const Vec3 direction = direction_of(path);
-    const double run_in = run_in_length(direction, path.settings, machine);
-    const Vec3 start = path.from.v - run_in * direction;
-    const Vec3 stop = path.to.v + run_in * direction;
-    switch (path.settings.actuator) {
-        case Actuator::axes:
-            check_travel(path, path.from.v, machine, compensation, "its start");
-            check_travel(path, path.to.v, machine, compensation, "its end");
-            check_travel(path, start, machine, compensation, fmt::format("its run-in of {:.2f} mm", 1e3 * run_in));
-            check_travel(path, stop, machine, compensation, fmt::format("its run-out of {:.2f} mm", 1e3 * run_in));
-            break;
-        case Actuator::galvo:
-            check_travel(path, path.centre.v, machine, compensation, "its centre");
-            check_field(path, start, machine, compensation);
-            check_field(path, stop, machine, compensation);
-            break;
+    const std::vector<Piece> pieces = pieces_of(path);
+    const Vec3 first = pieces.front().direction(0.0);
+    const Vec3 last = pieces.back().direction(1.0);
+    const double run_in = run_in_length(first, path.settings, machine);
+    const double run_out = run_in_length(last, path.settings, machine);
+    const Vec3 start = path.from.v - run_in * first;
+    const Vec3 stop = path.to.v + run_out * last;
+    const bool galvo = path.settings.actuator == Actuator::galvo;
+    const auto check = [&](const PlannedPath& named, const Vec3& place, std::string_view part) {
+        if (galvo) {
+            check_field(named, place, machine, compensation);
+        } else {
+            check_travel(named, place, machine, compensation, part);
+        }
+    };
+    if (galvo) {
+        check_travel(path, path.centre.v, machine, compensation, "its centre");
+    } else {
+        check_travel(path, path.from.v, machine, compensation, "its start");
     }
-    check_keep_out(path, start, stop, machine);
+    const auto& m = compensation.galvo_from_field;
+    const Mat3 field{{Vec3{m[0], 0.0, m[1]}, Vec3{}, Vec3{m[2], 0.0, m[3]}}};
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        const Piece& piece = pieces[i];
+        const bool is_last = i + 1 == pieces.size();
+        const PlannedPath named = at_line(path, piece.line);
+        check(named, piece.to, is_last ? "its end" : fmt::format("place {}", i + 2));
+        for (const Vec3& place : extremes(piece, galvo ? field : compensation.axis_from_h)) {
+            check(named, place, fmt::format("the arc to place {}", i + 2));
+        }
+        const std::vector<Vec3> steps = straight_steps(piece);
+        for (std::size_t k = 1; k < steps.size(); ++k) {
+            check_keep_out(named, steps[k - 1], steps[k], machine, piece.circle ? kStraightError : 0.0);
+        }
+    }
+    check(path, start, fmt::format("its run-in of {:.2f} mm", 1e3 * run_in));
+    check(path, stop, fmt::format("its run-out of {:.2f} mm", 1e3 * run_out));
+    check_keep_out(path, start, path.from.v, machine);
+    check_keep_out(path, path.to.v, stop, machine);
 }
 
 }  // namespace sc::host

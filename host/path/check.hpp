@@ -6,7 +6,7 @@
 #include "host/path/job_plan.hpp"
 #include "host/path/profile.hpp"
 
-/// What the machine must be able to do for one straight path. Each check throws InputError.
+/// What the machine must be able to do for one path. Each check throws InputError.
 
 namespace sc::host {
 
@@ -21,8 +21,8 @@ namespace sc::host {
 /// pulse for which the source runs within its range.
 [[nodiscard]] std::uint8_t check_settings(const PlannedPath& path, const Job& job, const MachineConfig& machine);
 
-/// Ends with run-in, and the anchor of a galvo path, against travel, field and keep-out volumes. `compensation` moves
-/// set-points a little off the places; the set-points are what must fit.
+/// Places, extreme points of arcs and ends with run-in, and the anchor of a galvo path, against travel, field and
+/// keep-out volumes. `compensation` moves set-points a little off the places; the set-points are what must fit.
 void check_places(const PlannedPath& path, const MachineConfig& machine, const Compensation& compensation);
 
 /// Whether the straight way between two places meets the box (touching counts). A few comparisons.

@@ -65,18 +65,19 @@ bool within_travel(const Vec3& place, const MachineConfig& machine) {
     return true;
 }
 
-void refuse_other_units(const FacePoints& points, const FaceFrame& frame, const MachineConfig& machine) {
+void refuse_other_units(const std::filesystem::path& file, int line, const std::vector<Vec3>& places,
+                        const FaceFrame& frame, const MachineConfig& machine) {
     std::vector<Vec3> millimetres;
-    for (const FacePoint& point : points.points) {
-        millimetres.push_back(1e3 * point.place);
+    for (const Vec3& place : places) {
+        millimetres.push_back(1e3 * place);
     }
     // The origin of c or w may lie among the points: small numbers prove nothing there. Nor do large ones prove
     // micrometres, which shrink any points to that origin.
     const auto guess =
         guess_unit(millimetres, 0.0, [&](const Vec3& metres) { return within_travel(frame.to_h(metres).v, machine); });
     if (guess && guess->millimetres > 1.0) {
-        throw InputError({.file = points.file.string(),
-                          .line = points.points.front().line,
+        throw InputError({.file = file.string(),
+                          .line = line,
                           .problem = fmt::format("the points look like {}, not millimetres", guess->name),
                           .value = fmt::format("{:.6g}", millimetres.front().x),
                           .action = fmt::format("multiply all coordinates by {:.6g}", guess->millimetres)});
@@ -85,7 +86,11 @@ void refuse_other_units(const FacePoints& points, const FaceFrame& frame, const 
 
 std::vector<MarkerPlace> from_points_file(const JobFace& face, const FaceFrame& frame, const MachineConfig& machine) {
     const FacePoints points = read_points(face.points);
-    refuse_other_units(points, frame, machine);
+    std::vector<Vec3> places;
+    for (const FacePoint& point : points.points) {
+        places.push_back(point.place);
+    }
+    refuse_other_units(points.file, points.points.front().line, places, frame, machine);
     std::vector<MarkerPlace> markers;
     for (const FacePoint& point : points.points) {
         markers.push_back({point.no, frame.to_h(point.place), {points.file, point.line}});
@@ -127,6 +132,30 @@ FacePlaces face_places(const Job& job, const JobFace& face, const VerificationTa
                                {job.file, face.datum_line->line}};
     }
     return places;
+}
+
+std::vector<PathStep> path_places(const Job& job, const JobPath& path, const CalibrationSet& calibration,
+                                  const MachineConfig& machine) {
+    std::vector<PathStep> steps = path.steps;
+    if (!path.file.empty()) {
+        steps.clear();
+        for (const RoutePoint& point : read_route(path.file)) {
+            steps.push_back({point.line, std::nullopt, point.place});
+        }
+    }
+    std::vector<Vec3> places;
+    for (const PathStep& step : steps) {
+        places.push_back(step.to);
+    }
+    const FaceFrame frame(job, calibration, path.frame, path.face_deg);
+    refuse_other_units(path.file.empty() ? job.file : path.file, steps.front().line, places, frame, machine);
+    for (PathStep& step : steps) {
+        step.to = frame.to_h(step.to).v;
+        if (step.via) {
+            step.via = frame.to_h(*step.via).v;
+        }
+    }
+    return steps;
 }
 
 }  // namespace sc::host

@@ -31,6 +31,11 @@ struct FacePlaces {
 [[nodiscard]] FacePlaces face_places(const Job& job, const JobFace& face, const VerificationTable& table,
                                      const CalibrationSet& calibration, const MachineConfig& machine, bool from_table);
 
+/// A free path's places in h, from the job or from its file; each line is of the path's `file`, or of the job if it has
+/// none. Throws InputError as above.
+[[nodiscard]] std::vector<PathStep> path_places(const Job& job, const JobPath& path, const CalibrationSet& calibration,
+                                                const MachineConfig& machine);
+
 /// Job and table name a face by the same angle, to 1e-6 degree.
 [[nodiscard]] bool same_face(double a_deg, double b_deg) noexcept;
 

@@ -11,6 +11,7 @@
 #include "host/formats/error.hpp"
 #include "host/path/check.hpp"
 #include "host/path/face_places.hpp"
+#include "host/path/free_path.hpp"
 #include "host/path/plane.hpp"
 #include "host/path/profile.hpp"
 #include "host/path/route.hpp"
@@ -21,6 +22,7 @@ namespace sc::host {
 namespace {
 
 constexpr double kShortestDatumLine = 0.060;
+constexpr double kLongestArc = 4.0;  ///< rad, of one item
 
 std::int32_t wire(double metres) { return static_cast<std::int32_t>(std::llround(metres * kWireUnitsPerMetre)); }
 PathPoint wire_point(const Vec3& place) { return {wire(place.x), wire(place.y), wire(place.z)}; }
@@ -48,6 +50,15 @@ public:
                 plan_face(face);
             }
         }
+        for (const JobPath& path : job_.paths) {
+            const bool planned =
+                std::ranges::any_of(plan_.faces, [&](double face) { return same_face(face, path.face_deg); });
+            if (!planned && (!options_.face || same_face(*options_.face, path.face_deg))) {
+                turn_to(path.face_deg, path.line);
+                plan_.faces.push_back(path.face_deg);
+                add_free_paths(path.face_deg);
+            }
+        }
         if (plan_.faces.empty()) {
             refuse_filter();
         }
@@ -62,6 +73,9 @@ private:
         std::string angles;
         for (const JobFace& face : job_.faces) {
             angles += fmt::format("{}{}", angles.empty() ? "" : ", ", face.angle_deg);
+        }
+        for (const JobPath& path : job_.paths) {
+            angles += fmt::format("{}{}", angles.empty() ? "" : ", ", path.face_deg);
         }
         throw InputError({.file = job_.file.string(),
                           .problem = "the job has no such face",
@@ -85,7 +99,7 @@ private:
                               .action = "add a [datum_line] to the job"});
         }
         const FacePlaces places = face_places(job_, face, table_, calibration_, machine_, options_.points_from_table);
-        turn_to(face);
+        turn_to(face.angle_deg, face.line);
         plan_.faces.push_back(face.angle_deg);
         std::vector<Vec3> centres;
         for (const MarkerPlace& marker : places.markers) {
@@ -100,22 +114,31 @@ private:
         if (job_.datum_line) {
             add_datum_line(face, places, plane);
         }
+        add_free_paths(face.angle_deg);
     }
 
-    void turn_to(const JobFace& face) {
+    void add_free_paths(double face_deg) {
+        for (const JobPath& path : job_.paths) {
+            if (same_face(path.face_deg, face_deg)) {
+                add_path(free_path(job_, path, path_places(job_, path, calibration_, machine_)));
+            }
+        }
+    }
+
+    void turn_to(double face_deg, int line) {
         const AxisConfig& axis = machine_.axis[index(Axis::c)];
         double best = std::numeric_limits<double>::infinity();
         for (int turns = -20; turns <= 20; ++turns) {
-            const double c = c_of_face(face.angle_deg) + 360.0 * turns;
+            const double c = c_of_face(face_deg) + 360.0 * turns;
             if (c >= axis.travel_min && c <= axis.travel_max && std::abs(c - c_) < std::abs(best - c_)) {
                 best = c;
             }
         }
         if (!std::isfinite(best)) {
             throw InputError({.file = job_.file.string(),
-                              .line = face.line,
+                              .line = line,
                               .problem = "the turntable cannot reach this face",
-                              .value = fmt::format("{}", face.angle_deg),
+                              .value = fmt::format("{}", face_deg),
                               .action = fmt::format("use faces whose C = -angle, give or take whole turns, is within "
                                                     "{} to {} degrees",
                                                     axis.travel_min, axis.travel_max)});
@@ -208,15 +231,16 @@ private:
         check_places(path, machine_, compensation_);
         path.pick = check_settings(path, job_, machine_);
         path.first_item = plan_.items.size();
+        const std::vector<Piece> pieces = pieces_of(path);
         for (std::uint8_t pass = 0; pass < path.settings.passes; ++pass) {
-            add_pass(path, pass);
-            count(path);
+            add_pass(path, pieces, pass);
+            count(path, pieces);
         }
         path.item_count = plan_.items.size() - path.first_item;
         plan_.paths.push_back(std::move(path));
     }
 
-    void add_pass(const PlannedPath& path, std::uint8_t pass) {
+    void add_pass(const PlannedPath& path, const std::vector<Piece>& pieces, std::uint8_t pass) {
         const auto whole = [](double value) { return static_cast<std::uint32_t>(std::llround(value)); };
         const MarkSettings& s = path.settings;
         PathBegin begin{.path = path.id,
@@ -234,15 +258,31 @@ private:
         }
         plan_.items.emplace_back(begin);
         plan_.items.emplace_back(wire_point(path.from.v));
-        plan_.items.emplace_back(wire_point(path.to.v));
+        for (const Piece& piece : pieces) {
+            add_piece(piece);
+        }
         plan_.items.emplace_back(PathEnd{});
     }
 
+    void add_piece(const Piece& piece) {
+        if (!piece.circle) {
+            plan_.items.emplace_back(wire_point(piece.to));
+            return;
+        }
+        // The middle as via keeps the circle best through rounding; almost a whole circle is two arcs for its sake.
+        const int parts = piece.circle->angle > kLongestArc ? 2 : 1;
+        for (int part = 1; part <= parts; ++part) {
+            const Vec3 to = part == parts ? piece.to : piece.at(0.5);
+            plan_.items.emplace_back(PathArc{wire_point(piece.at((part - 0.5) / parts)), wire_point(to)});
+        }
+    }
+
     /// Adds one pass to the sums. The way there: all axes at once, the slowest counts.
-    void count(const PlannedPath& path) {
+    void count(const PlannedPath& path, const std::vector<Piece>& pieces) {
         const MarkSettings& s = path.settings;
-        const double length = norm(path.to.v - path.from.v);
-        const Vec3 direction = (1.0 / length) * (path.to.v - path.from.v);
+        const double length = host::length(pieces);
+        const Vec3 direction = pieces.front().direction(0.0);
+        const Vec3 last = pieces.back().direction(1.0);
         const bool galvo = s.actuator == Actuator::galvo;
         const double run_in = speed_up_distance(s.speed.si(), limits_along(direction, s.actuator, machine_));
         const Vec3 start = galvo ? path.centre.v : path.from.v - run_in * direction;
@@ -255,7 +295,7 @@ private:
         plan_.expected_seconds_estimate += way + settle + mark;
         plan_.marked_metres += length;
         plan_.expected_pulses += static_cast<std::uint64_t>(std::floor(length / s.pitch.si() + 1e-9)) + 1;
-        at_ = galvo ? path.centre.v : path.to.v + run_in * direction;
+        at_ = galvo ? path.centre.v : path.to.v + run_in * last;
     }
 
     const Job& job_;
@@ -276,8 +316,13 @@ std::string_view name_of(PathKind kind) noexcept {
         case PathKind::cross_horizontal: return "cross_horizontal";
         case PathKind::cross_vertical: return "cross_vertical";
         case PathKind::datum_line: return "datum_line";
+        case PathKind::free_path: return "path";
     }
     return "?";
+}
+
+std::vector<Piece> pieces_of(const PlannedPath& path) {
+    return path.pieces.empty() ? std::vector<Piece>{{path.from.v, path.to.v, std::nullopt, 0}} : path.pieces;
 }
 
 JobPlan plan_job(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,

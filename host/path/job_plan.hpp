@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "host/formats/calibration_set.hpp"
 #include "host/formats/job.hpp"
 #include "host/formats/table.hpp"
+#include "host/path/curve.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/path/item.hpp"
 
@@ -18,7 +20,7 @@
 
 namespace sc::host {
 
-enum class PathKind : std::uint8_t { cross_horizontal, cross_vertical, datum_line };
+enum class PathKind : std::uint8_t { cross_horizontal, cross_vertical, datum_line, free_path };
 [[nodiscard]] std::string_view name_of(PathKind kind) noexcept;
 
 /// Where a place in the plan came from.
@@ -28,13 +30,13 @@ struct Source {
     bool operator==(const Source&) const = default;
 };
 
-/// One straight line that will be burnt. Places are in h at the face's turntable angle, before rounding to wire units.
+/// One line that will be burnt. Places are in h at the face's turntable angle, before rounding to wire units.
 struct PlannedPath {
     std::uint32_t id = 0;   ///< PathBegin::path
     double face_deg = 0.0;  ///< as the job names it; C = −face_deg
     PathKind kind = PathKind::cross_horizontal;
-    int marker = 0;          ///< number of the marker; 0 for a datum line
-    Point<frame::H> centre;  ///< of a cross: the measured place; of a datum line: its middle
+    int marker = 0;          ///< number of the marker; 0 for a datum line or a free path
+    Point<frame::H> centre;  ///< of a cross: the measured place; of a datum line: its middle; else of the box around it
     Point<frame::H> from;    ///< in the order in which it is burnt
     Point<frame::H> to;
     MarkSettings settings;
@@ -42,7 +44,11 @@ struct PlannedPath {
     std::size_t first_item = 0;
     std::size_t item_count = 0;  ///< all passes
     Source source;
+    std::string name{};           ///< of a free path
+    std::vector<Piece> pieces{};  ///< of a free path; others are straight from `from` to `to`
 };
+/// Of what a path consists, straight or not.
+[[nodiscard]] std::vector<Piece> pieces_of(const PlannedPath& path);
 
 struct JobPlan {
     std::vector<Item> items;
@@ -62,14 +68,16 @@ struct PlanOptions {
 };
 
 /// Plans a job. For each face in the job's order: Turn, then a cross at every point (the stroke along x and the stroke
-/// along z, on the plane through the face's points), nearest first, then the datum line. A pure function but for
-/// reading the points files that the job names.
+/// along z, on the plane through the face's points), nearest first, then the datum line, then its free paths as given.
+/// A pure function but for reading the points files that the job names.
 ///
 /// Throws InputError for: a face filter that the job does not have; a face whose C is out of travel; a face without
 /// points or datum line; points or ends that the travel cannot reach with their run-in, or that lie in a keep-out
 /// volume; points that look like inches or metres; strokes larger than the galvo's field; speeds above an actuator's
 /// limit or below the laser's least marking speed; a pulse rate that no whole multiple brings into the source's range;
-/// a pulse energy above what its power gives at that rate; a datum line under 60 mm; an incomplete calibration.
+/// a pulse energy above what its power gives at that rate; a datum line under 60 mm; an
+/// incomplete calibration; a path that repeats a place, an arc through places on one line or wider than 100 m, arcs
+/// with a tolerance under 0.1 µm.
 [[nodiscard]] JobPlan plan_job(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,
                                const MachineConfig& machine, const PlanOptions& options = {});
 

@@ -75,7 +75,8 @@ const PlannedPath* planned_cross(const JobPlan& plan, const FoundCross& cross, d
     const PlannedPath* best = nullptr;
     double least = radius;
     for (const PlannedPath& path : plan.paths) {
-        if (path.kind != PathKind::datum_line && same_face(path.face_deg, cross.face_deg)) {
+        const bool is_cross = path.kind == PathKind::cross_horizontal || path.kind == PathKind::cross_vertical;
+        if (is_cross && same_face(path.face_deg, cross.face_deg)) {
             const double distance = apart(path.centre.v, cross.place.v);
             if (distance < least) {
                 least = distance;

@@ -3,10 +3,12 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json_fwd.hpp>
 
 #include "host/verification/accuracy.hpp"
+#include "host/verification/path_follower.hpp"
 #include "host/verification/sample_checker.hpp"
 
 /// The accuracy report for a person (text, SVG) and for a program (JSON). All three say the same; lengths in mm unless
@@ -30,6 +32,10 @@ struct Report {
     BurnFindings burns;
     SampleReport samples;
     RunFacts run;
+    std::vector<PathAccuracy> paths{};  ///< free paths, in the order of the plan
+
+    /// All that was planned was found, and nothing else.
+    [[nodiscard]] bool complete() const;
 };
 
 /// A table like the paper's Table 1 for each face (found in place of measured), with max and rms, those of the table
@@ -37,7 +43,7 @@ struct Report {
 [[nodiscard]] std::string report_text(const Report& report);
 
 /// One object: format, version, state, job, complete, faces[], max_command_error_um, known_errors[], found_errors{},
-/// datum_lines[], burnt{}, pulses, limit_violations, violations[], motion_peaks{}, cell_seconds, wall_seconds,
+/// datum_lines[], paths[], burnt{}, pulses, limit_violations, violations[], motion_peaks{}, cell_seconds, wall_seconds,
 /// command_trace_sha256. docs/formats.md lists the keys.
 [[nodiscard]] nlohmann::ordered_json report_json(const Report& report);
 

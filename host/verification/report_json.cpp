@@ -72,6 +72,17 @@ Json line_json(const LineAccuracy& line) {
     return out;
 }
 
+Json follow_json(const PathAccuracy& path) {
+    return {{"path", path.path},
+            {"name", path.name},
+            {"face_deg", path.face_deg},
+            {"pulses", path.pulses},
+            {"max_um", um(path.max)},
+            {"rms_um", um(path.rms)},
+            {"largest_gap_um", um(path.largest_gap)},
+            {"whole", path.whole}};
+}
+
 Json known_json(const std::vector<ErrorBalance>& known) {
     Json out = Json::array();
     for (const ErrorBalance& line : known) {
@@ -143,13 +154,17 @@ Json report_json(const Report& report) {
     for (const LineAccuracy& line : a.lines) {
         lines.push_back(line_json(line));
     }
+    Json paths = Json::array();
+    for (const PathAccuracy& path : report.paths) {
+        paths.push_back(follow_json(path));
+    }
     const Vec3& e = a.max_command_error_axes;
     return {{"format", "scribecell-report"},
             {"version", 1},
             {"state", report.run.state},
             {"job", report.run.job},
             {"job_hash", report.run.job_hash},
-            {"complete", a.complete},
+            {"complete", report.complete()},
             {"faces", std::move(faces)},
             {"max_command_error_um", um(a.max_command_error)},
             {"max_command_error_axes_um", Json::array({um(e.x), um(e.y), um(e.z)})},
@@ -159,6 +174,7 @@ Json report_json(const Report& report) {
             {"datum_lines_missing", a.lines_missing},
             {"datum_lines_extra", a.lines_extra},
             {"crosses_elsewhere", a.crosses_elsewhere},
+            {"paths", std::move(paths)},
             {"burnt", burnt_json(report.burns)},
             {"pulses", report.run.pulses},
             {"limit_violations", report.samples.limit_violations},

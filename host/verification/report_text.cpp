@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 
@@ -107,6 +108,18 @@ void add_errors(Out out, const AccuracyReport& a) {
     }
 }
 
+void add_paths(Out out, const std::vector<PathAccuracy>& paths) {
+    if (!paths.empty()) {
+        fmt::format_to(out, "\nPaths\n");
+    }
+    for (const PathAccuracy& path : paths) {
+        fmt::format_to(
+            out, "  {:>5g}°  {:<24} {:>7} pulses, off the path max {:7.2f} um, rms {:6.2f} um{}\n", path.face_deg,
+            path.name, path.pulses, 1e6 * path.max, 1e6 * path.rms,
+            path.whole ? "" : fmt::format("; NOT WHOLE: a stretch of {:.3f} mm is dark", 1e3 * path.largest_gap));
+    }
+}
+
 void add_motion(Out out, const SampleReport& samples) {
     fmt::format_to(out, "  limit violations: {} in {} ticks and {} galvo frames\n", samples.limit_violations,
                    samples.ticks, samples.galvo_frames);
@@ -120,6 +133,8 @@ void add_motion(Out out, const SampleReport& samples) {
 
 }  // namespace
 
+bool Report::complete() const { return accuracy.complete && std::ranges::all_of(paths, &PathAccuracy::whole); }
+
 std::string report_text(const Report& report) {
     std::string text;
     const Out out(text);
@@ -130,14 +145,15 @@ std::string report_text(const Report& report) {
         add_face(out, face);
     }
     add_lines(out, a);
+    add_paths(out, report.paths);
     add_errors(out, a);
     fmt::format_to(out, "\nSummary\n");
     fmt::format_to(
         out, "  burnt: {} crosses, {} lines, {} strokes in all; pulses {}, of them stray {}, off the surface {}\n",
         b.crosses.size(), b.lines.size(), b.strokes.size(), b.pulses, b.stray, b.missed);
     fmt::format_to(out, "  {}\n",
-                   a.complete ? "all that was planned was found, and nothing else"
-                              : "NOT COMPLETE: what was found is not what was planned");
+                   report.complete() ? "all that was planned was found, and nothing else"
+                                     : "NOT COMPLETE: what was found is not what was planned");
     fmt::format_to(out, "  largest command error: {:.2f} um (x {:.2f}, y {:.2f}, z {:.2f})\n",
                    1e6 * a.max_command_error, 1e6 * a.max_command_error_axes.x, 1e6 * a.max_command_error_axes.y,
                    1e6 * a.max_command_error_axes.z);

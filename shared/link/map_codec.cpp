@@ -37,6 +37,23 @@ struct Writer {
         }
     }
 };
+/// The CRC of what a Writer would write, number by number: a map is too large for a stack.
+struct Summer {
+    Crc32& crc;
+    template <WireNumber T>
+    void operator()(const T& value) noexcept {
+        std::array<std::uint8_t, sizeof(T)> bytes{};
+        ByteWriter out(bytes);
+        out.put(value);
+        crc.update(bytes);
+    }
+    template <WireNumber T, std::size_t N>
+    void operator()(const std::array<T, N>& values) noexcept {
+        for (const T& value : values) {
+            (*this)(value);
+        }
+    }
+};
 struct Reader {
     ByteReader& in;
     template <WireNumber T>
@@ -60,24 +77,25 @@ void serialise(const AxisMap& map, std::span<std::uint8_t, kMapSize> out) noexce
     visit_map(writer, map);
 }
 
-std::optional<AxisMap> deserialise_map(std::span<const std::uint8_t> bytes) noexcept {
+bool deserialise_map(std::span<const std::uint8_t> bytes, AxisMap& map) noexcept {
     ByteReader in(bytes);
     if (in.get<std::uint16_t>() != kMapVersion) {
-        return std::nullopt;
+        return false;
     }
-    AxisMap map;
     Reader reader{in};
     visit_map(reader, map);
-    return in.exhausted() ? std::optional(map) : std::nullopt;
+    return in.exhausted();
 }
 
 std::uint32_t map_crc(const AxisMap& map) noexcept {
     if (map.is_identity()) {
         return 0;
     }
-    MapBytes bytes{};
-    serialise(map, bytes);
-    return crc32(bytes);
+    Crc32 crc;
+    Summer summer{crc};
+    summer(kMapVersion);
+    visit_map(summer, map);
+    return crc.value();
 }
 
 }  // namespace sc::link

@@ -21,8 +21,8 @@ using MapBytes = std::array<std::uint8_t, kMapSize>;
 
 /// No heap, any context, one pass.
 void serialise(const AxisMap& map, std::span<std::uint8_t, kMapSize> out) noexcept;
-/// Nothing for a wrong size or another version. The map has not been judged (check_map).
-[[nodiscard]] std::optional<AxisMap> deserialise_map(std::span<const std::uint8_t> bytes) noexcept;
+/// False for a wrong size or another version. The map has not been judged (check_map).
+[[nodiscard]] bool deserialise_map(std::span<const std::uint8_t> bytes, AxisMap& map) noexcept;
 /// CRC-32 of the bytes; 0 for the identity, which is never sent. What names a map in a status.
 [[nodiscard]] std::uint32_t map_crc(const AxisMap& map) noexcept;
 

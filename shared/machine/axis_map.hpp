@@ -45,8 +45,11 @@ struct AxisMap {
     std::array<double, kAxisCount> take_up{};            ///< seconds that the way through the backlash takes
 
     constexpr bool operator==(const AxisMap&) const noexcept = default;
-    [[nodiscard]] bool is_identity() const noexcept { return *this == AxisMap{}; }
+    [[nodiscard]] bool is_identity() const noexcept;
 };
+/// The identity.
+inline constexpr AxisMap kNoMap{};
+inline bool AxisMap::is_identity() const noexcept { return *this == kNoMap; }
 
 /// Largest correction of a linear axis (metres) and of C (degrees): a compensation is small.
 inline constexpr double kMapLargestShift = 300e-6;

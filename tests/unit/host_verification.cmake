@@ -2,6 +2,7 @@
 sc_test(host_verification_burns_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/burn_finder_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/verification/line_fit_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/verification/path_follower_test.cpp
   DEPS host_verification)
 sc_test(host_verification_samples_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/sample_checker_test.cpp

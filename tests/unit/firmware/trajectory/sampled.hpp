@@ -20,6 +20,7 @@ struct Planned {
     WindowCounts counts;
     bool complete = false;
     double seconds = 0.0;
+    std::uint64_t units = 0;  ///< of work
 };
 
 struct Memory {
@@ -53,6 +54,7 @@ inline Planned plan(const Spec& spec, const std::vector<Place>& points, std::uin
     for (const Place& point : points) {
         while (!planner.wants_points()) {
             const std::uint32_t used = planner.work(units);
+            run.units += used;
             if (used == 0 && planner.ready() == 0) {
                 return run;
             }
@@ -63,7 +65,7 @@ inline Planned plan(const Spec& spec, const std::vector<Place>& points, std::uin
         }
         ++item;
         if (item % chunk == 0) {
-            planner.work(units);
+            run.units += planner.work(units);
             drain();
         }
     }
@@ -72,6 +74,7 @@ inline Planned plan(const Spec& spec, const std::vector<Place>& points, std::uin
     }
     while (!planner.complete()) {
         const std::uint32_t used = planner.work(units);
+        run.units += used;
         if (used == 0 && planner.ready() == 0) {
             return run;
         }

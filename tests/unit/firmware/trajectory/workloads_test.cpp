@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The asked figures of three workloads, judged on 1 ms samples by differences alone.
+#include <array>
+#include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <fstream>
+#include <random>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -82,6 +86,57 @@ TEST(Workloads, DenseRoundedLineTakesLessThanAsked) {
     expect_within(asked_limits(), points, run);
     EXPECT_LE(run.seconds, 6.9);
     EXPECT_EQ(run.counts.crawled, 0U);
+}
+
+/// Chords about `scale`, turns of up to `turn` at each vertex, about any axis.
+std::vector<Place> walk(std::uint64_t seed, double scale, double turn) {
+    std::mt19937_64 random(seed);
+    const auto between = [&](double low, double high) {
+        return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
+    };
+    std::vector<Place> points{{0.0, 0.0, 0.0, 0.0}};
+    std::array<double, 3> d{1.0, 0.0, 0.0};
+    while (points.size() < 200) {
+        std::array<double, 3> e{between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0)};
+        const double along = e[0] * d[0] + e[1] * d[1] + e[2] * d[2];
+        for (std::size_t k = 0; k < 3; ++k) {
+            e[k] -= along * d[k];
+        }
+        const double across = std::hypot(e[0], e[1], e[2]);
+        if (across < 1e-3) {
+            continue;
+        }
+        const double angle = between(0.2, 1.0) * turn;
+        const double chord = scale * std::exp(between(-1.0, 1.0));
+        Place p = points.back();
+        for (std::size_t k = 0; k < 3; ++k) {
+            d[k] = std::cos(angle) * d[k] + std::sin(angle) * e[k] / across;
+            p[k] += chord * d[k];
+        }
+        points.push_back(p);
+    }
+    return points;
+}
+
+TEST(Walks, AreHardlyEverCrawledAndPlannedFasterThanTheyAreRun) {
+    std::uint64_t seed = 0;
+    std::uint32_t crawled = 0;
+    std::uint32_t cells = 0;
+    for (const double scale : {3e-5, 1e-4, 3e-4, 1e-3, 4e-3}) {
+        for (const double turn : {0.2, 0.4, 0.7}) {
+            for (int i = 0; i < 4; ++i) {
+                SCOPED_TRACE(++seed);
+                const Planned run = plan(asked_limits(), walk(seed, scale, turn));
+                ASSERT_TRUE(run.complete);
+                EXPECT_LE(shares(asked_limits(), sample(run)).worst(), 1.005);
+                crawled += run.counts.crawled;
+                cells += run.counts.cells;
+                // The controller has some 20 a millisecond.
+                EXPECT_LE(static_cast<double>(run.units), 12.0 * run.seconds * 1e3);
+            }
+        }
+    }
+    EXPECT_LE(1000 * crawled, cells);
 }
 
 TEST(Workloads, LookAheadOf256PointsIsAsGoodAsUnlimited) {

@@ -92,6 +92,35 @@ TEST(WriteCalibration, RoundTripsEveryRecord) {
     EXPECT_EQ(write_calibration(dir / "d.toml", again), hash) << "the hash is of the content alone";
 }
 
+TEST(WriteCalibration, RoundTripsTheAxisMap) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    AxisMapRecord record{.map = {}, .provenance = set.transforms[0].provenance};
+    record.map.first = {-0.45, -0.4, -0.5};
+    record.map.spacing = {14e-3, 0.0, 15.625e-3};
+    for (std::size_t k = 0; k < kMapCoefficients; ++k) {
+        const auto number = static_cast<std::int32_t>(k);
+        record.map.linear[0][0][k] = 1'234'567 * number - 20'000'000;  // pm
+        record.map.linear[2][0][k] = -number;
+        record.map.linear[1][2][k] = 25'000'001 - number * number;
+    }
+    for (std::size_t k = 0; k < kTurnNodes; ++k) {
+        record.map.turn[0][k] = 123'457 * static_cast<std::int32_t>(k);  // nanodegrees
+        record.map.turn[5][k] = 7 - static_cast<std::int32_t>(k);
+    }
+    record.map.pivot = {-0.25, -0.47, -0.4};
+    record.map.backlash = {25'000'001, 0, 3, 6'000'001};
+    record.map.take_up = {0.02, 0.03, 0.04, 0.05};
+    set.axis_map = record;
+    const std::string hash = write_calibration(dir / "c.toml", set);
+    const CalibrationSet again = read_calibration(dir / "c.toml");
+    ASSERT_TRUE(again.axis_map);
+    EXPECT_EQ(again.axis_map->map, record.map);
+    EXPECT_EQ(again.axis_map->provenance, record.provenance);
+    EXPECT_EQ(axis_map_of(again), record.map) << "what the controller is given";
+    EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
+}
+
 TEST(WriteCalibration, RoundTripsArbitraryEstimates) {
     const TempDir dir;
     std::mt19937_64 random(20260131);

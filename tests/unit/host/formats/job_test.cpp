@@ -149,6 +149,76 @@ TEST(ReadJob, RefusesALineWithoutLength) {
     expect_bad(text, line_with(text, "to_mm"), "169.6523", "makes no line");
 }
 
+const std::string kPathJob = R"(format = "scribecell-job"
+version = 1
+name = "rim"
+calibration = "calibration.toml"
+[[path]]
+name = "rim"
+face_deg = 90.0
+frame = "h"
+points_mm = [
+    [-260.0, -300.0, -400.0],
+    { via = [-250.0, -300.0, -390.0], to = [-240.1, -300.0, -400.0] },
+    [-230.0, -300.0, -400.0],
+]
+arc_fit = 0.25
+actuator = "axes"
+speed_mm_s = 60.0
+pitch_um = 20.0
+energy_uj = 300.0
+[[path]]
+face_deg = 0.0
+frame = "h"
+file = "line.csv"
+actuator = "galvo"
+speed_mm_s = 60.0
+pitch_um = 20.0
+energy_uj = 300.0
+)";
+
+TEST(ReadJob, ReadsFreePathsAloneAndWritesThem) {
+    const TempDir dir;
+    const Job job = read_job(dir.write("job.toml", kPathJob));
+    EXPECT_TRUE(job.faces.empty());
+    ASSERT_EQ(job.paths.size(), 2U);
+    const JobPath& rim = job.paths[0];
+    EXPECT_EQ(rim.line, 5);
+    EXPECT_EQ(rim.face_deg, 90.0);
+    EXPECT_EQ(rim.arc_fit, 0.25);
+    ASSERT_EQ(rim.steps.size(), 3U);
+    EXPECT_FALSE(rim.steps[0].via);
+    EXPECT_EQ(rim.steps[1], (PathStep{11, Vec3{-250.0 / 1e3, -0.3, -390.0 / 1e3}, {-240.1 / 1e3, -0.3, -0.4}}));
+    EXPECT_EQ(job.paths[1].name, "path 2");
+    EXPECT_EQ(job.paths[1].file.filename(), "line.csv");
+    EXPECT_EQ(job.paths[1].arc_fit, 0.0) << "off by default";
+    write_job(dir / "again.toml", job);
+    const Job again = read_job(dir / "again.toml");
+    ASSERT_EQ(again.paths.size(), 2U);
+    EXPECT_EQ(again.paths[0].settings, rim.settings);
+    EXPECT_EQ(again.paths[0].arc_fit, rim.arc_fit);
+    ASSERT_EQ(again.paths[0].steps.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_EQ(again.paths[0].steps[i].via, rim.steps[i].via);
+        EXPECT_EQ(again.paths[0].steps[i].to, rim.steps[i].to);
+    }
+    EXPECT_EQ(again.paths[1].file.filename(), "line.csv");
+}
+
+TEST(ReadJob, RefusesBadFreePaths) {
+    const auto bad = [](const std::string& from, const std::string& to, int line, const std::string& value,
+                        const std::string& problem) { expect_bad(replaced(kPathJob, from, to), line, value, problem); };
+    bad("{ via = [-250.0, -300.0, -390.0], to", "{ wia = [-250.0, -300.0, -390.0], to", 11, "path.points_mm.via",
+        "key is missing");
+    bad("    [-260.0, -300.0, -400.0],\n", "", 9, "via", "begins with an arc");
+    bad("[-260.0, -300.0, -400.0]", "[-260.0, -300.0]", 10, "a list", "is no place");
+    bad("[-260.0, -300.0, -400.0]", "[-260.0, \"a\", -400.0]", 9, "a", "not a number");
+    bad("arc_fit = 0.25", "arc_fit = 0.95", 14, "0.95", "out of range");
+    bad("face_deg = 0.0", "face_deg = 0.0\nname = \"rim\"", 21, "rim", "appears twice");
+    bad("face_deg = 0.0", "face_deg = 0.0\npoints_mm = []", 21, "file", "besides a file");
+    bad("frame = \"h\"", "frame = \"w\"", 5, "w", "needs the workpiece's place");
+}
+
 TEST(WriteJob, RoundTripsInAnotherFolder) {
     const TempDir dir;
     std::filesystem::create_directories(dir / "sub");

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/hash/crc.hpp"
 #include "shared/link/map_codec.hpp"
 #include "tests/unit/firmware/motion/sample_map.hpp"
 
@@ -97,10 +98,13 @@ TEST(MapCodec, GivesBackEveryField) {
     const AxisMap map = test::sample_map();
     link::MapBytes bytes{};
     link::serialise(map, bytes);
-    EXPECT_EQ(link::deserialise_map(bytes), map);
-    EXPECT_FALSE(link::deserialise_map(std::span(bytes).first(bytes.size() - 1)).has_value());
+    AxisMap read;
+    EXPECT_TRUE(link::deserialise_map(bytes, read));
+    EXPECT_EQ(read, map);
+    EXPECT_EQ(link::map_crc(map), crc32(bytes));
+    EXPECT_FALSE(link::deserialise_map(std::span(bytes).first(bytes.size() - 1), read));
     ++bytes[0];
-    EXPECT_FALSE(link::deserialise_map(bytes).has_value()) << "another version";
+    EXPECT_FALSE(link::deserialise_map(bytes, read)) << "another version";
     EXPECT_EQ(link::map_crc({}), 0U);
     EXPECT_NE(link::map_crc(map), 0U);
 }

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The readers' side of PathMotion: where the beam is, and what is not needed any more.
+#include "firmware/motion/path_motion.hpp"
+#include "shared/math/scalar.hpp"
+
+namespace sc::motion {
+namespace {
+
+constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
+constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the reader
+
+}  // namespace
+
+Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
+    std::uint32_t i = cursor.leg;
+    if (static_cast<std::int32_t>(i - leg_first_) < 0 || static_cast<std::int32_t>(leg_end_ - i) <= 0) {
+        i = leg_end_ - 1;
+    }
+    while (i != leg_first_ && t < leg(i).begin) {
+        --i;
+    }
+    while (i + 1 != leg_end_ && t >= leg(i).end) {
+        ++i;
+    }
+    cursor.leg = i;
+    const Leg& now = leg(i);
+    const bool nominal = now.nominal;
+    const trajectory::Ring<Piece>& ring = nominal ? planner_.pieces() : made_;
+    const std::uint32_t first = nominal ? ring.first() : now.first;
+    const std::uint32_t last = (nominal ? planned_end_ : now.last) - 1;
+    const double u = nominal ? now.u0 + (t - now.begin) * now.rate : t - now.begin;
+    std::uint32_t k = cursor.piece;
+    if (k - first > last - first) {
+        k = nominal ? piece_at(u) : first;
+    }
+    while (k != first && ring[k].start > u) {
+        --k;
+    }
+    while (k != last && ring[k + 1].start <= u) {
+        ++k;
+    }
+    const double scale = nominal ? now.slowness : 1.0;
+    const double u0 = nominal ? now.u0 : 0.0;
+    Segment s;
+    s.rate = nominal ? now.rate : 1.0;
+    while (true) {
+        s.t0 = now.begin + (ring[k].start - u0) * scale;
+        if (k == last) {
+            s.end = now.end < kOpenEnd ? now.end : s.t0 + ring[k].duration * scale;
+            break;
+        }
+        s.end = smaller(now.begin + (ring[k + 1].start - u0) * scale, now.end);
+        // Rounding must not give the same piece again at its own end.
+        if (t < s.end || s.end >= now.end) {
+            break;
+        }
+        ++k;
+    }
+    s.begin = larger(s.t0, now.begin);
+    cursor.piece = k;
+    const Piece& piece = ring[k];
+    s.piece = &piece;
+    if (t < s.begin || (t >= s.end && (k == last || t >= now.end))) {
+        // Before the law begins, between two legs at rest, or behind its end.
+        const bool after = t >= s.end;
+        const double at = after ? s.end : s.begin;
+        s.x0 = clamped((at - s.t0) * s.rate, 0.0, piece.duration);
+        s.t0 = t;
+        s.rate = 0.0;
+        s.begin = after ? s.end : -1e30;
+        s.end = after ? (i + 1 != leg_end_ ? leg(i + 1).begin : 1e30) : at;
+        return s;
+    }
+    s.moving = true;
+    return s;
+}
+
+void PathMotion::forget_before(double t, double distance) noexcept {
+    if (task_ != Task::none || !open_ || !ready()) {
+        return;
+    }
+    Cursor cursor;
+    const Segment s = segment(t, cursor);
+    while (leg_first_ != cursor.leg) {
+        ++leg_first_;
+    }
+    const Leg& now = leg(cursor.leg);
+    if (!now.nominal) {
+        made_.forget_before(cursor.piece);
+        return;
+    }
+    // Re-timed legs that are still to come keep theirs.
+    std::uint32_t next = cursor.leg;
+    while (next != leg_end_ && leg(next).nominal) {
+        ++next;
+    }
+    made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
+    // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
+    const double keep = smaller(s.piece->distance[0], distance) - 1.3 * ends_.run_in();
+    trajectory::Ring<Piece>& pieces = planner_.pieces();
+    while (pieces.first() != cursor.piece &&
+           (pieces[pieces.first() + 1].distance[0] < keep || cursor.piece - pieces.first() > kMostBehind)) {
+        pieces.forget_before(pieces.first() + 1);
+    }
+}
+
+}  // namespace sc::motion
