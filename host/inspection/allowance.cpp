@@ -9,6 +9,7 @@
 
 #include "host/formats/error.hpp"
 #include "host/formats/text.hpp"
+#include "host/inspection/neighbours.hpp"
 #include "host/inspection/parallel.hpp"
 
 namespace sc::host {
@@ -54,47 +55,6 @@ void check_face(const MachinedFeature& feature, const CadFace& face) {
             "check its diameter, axis and point");
     }
 }
-
-/// Cells of a grid, each with its points; neighbours along x are neighbours in the list.
-class Neighbours {
-public:
-    Neighbours(std::span<const Vec3> places, double reach) : places_(places), reach_(reach) {
-        low_ = extent_of(places).low;
-        cells_.reserve(places.size());
-        for (std::uint32_t i = 0; i < places.size(); ++i) {
-            cells_.push_back({key(places[i], 0, 0, 0), i});
-        }
-        std::ranges::sort(cells_);
-    }
-
-    /// Indices of the points within reach of one, itself left out; at most as many as fit.
-    std::size_t about(std::uint32_t i, std::span<std::uint32_t> out) const {
-        std::size_t found = 0;
-        for (int k = 0; k < 9; ++k) {
-            const std::uint64_t first = key(places_[i], -1, k % 3 - 1, k / 3 - 1);
-            auto at = std::lower_bound(cells_.begin(), cells_.end(), std::pair<std::uint64_t, std::uint32_t>{first, 0});
-            for (; at != cells_.end() && at->first <= first + 2 && found < out.size(); ++at) {
-                if (at->second != i && norm(places_[at->second] - places_[i]) < reach_) {
-                    out[found++] = at->second;
-                }
-            }
-        }
-        return found;
-    }
-
-private:
-    [[nodiscard]] std::uint64_t key(const Vec3& p, int dx, int dy, int dz) const {
-        const auto cell = [this](double v, double low, int d) {
-            return static_cast<std::uint64_t>(static_cast<std::int64_t>((v - low) / reach_) + 1 + d) & 0x1fffffU;
-        };
-        return cell(p.z, low_.z, dz) << 42U | cell(p.y, low_.y, dy) << 21U | cell(p.x, low_.x, dx);
-    }
-
-    std::span<const Vec3> places_;
-    double reach_;
-    Vec3 low_;
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> cells_;
-};
 
 enum class Over : std::uint8_t { nothing, face, edge, across, outlier };
 
