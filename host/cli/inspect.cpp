@@ -13,6 +13,7 @@
 #include "host/cli/cad_input.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/inspect_lines.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -33,6 +34,8 @@ constexpr const char* kExamples = R"(Examples:
       borrow with three motions, at most 2 mm, and leave datum plane A where it is
   scribecell inspect --cad part.stl --scan cloud.ply --part part.toml --what-if 0,0,0.46
       and what if it were shifted by 0.46 mm along z
+  scribecell inspect --cad part.stl --scan cloud.ply --part part.toml --lines out --calibration cell.toml
+      and where the datum planes meet the blank: out/lines.dxf, out/lines.csv, out/job.toml for `scribecell scribe`
 
 Exit codes: 0 metal everywhere (after borrowing, if that was allowed); 1 not enough; 2 bad input or usage.)";
 
@@ -46,6 +49,10 @@ struct Words {
     std::string free = "x,y,z,rx,ry,rz";
     std::string lock;
     std::string what_if;
+    std::string lines;
+    std::string calibration;
+    std::string faces;
+    double incidence_deg = 60.0;
     double require_mm = 0.0;
     double bound_mm = 5.0;
     double bound_deg = 1.0;
@@ -144,6 +151,7 @@ InspectionRequest request_of(const Words& words, const std::optional<Part>& part
     request.borrow = !words.no_borrow;
     request.open_allowed = words.open;
     request.threads = words.threads;
+    request.lines = !words.lines.empty();
     request.borrowing.free = motions(words.free);
     const double turn = words.bound_deg * std::numbers::pi / 180.0;
     const double shift = words.bound_mm / 1e3;
@@ -161,6 +169,57 @@ InspectionRequest request_of(const Words& words, const std::optional<Part>& part
         }
     }
     return request;
+}
+
+/// Degrees, with commas.
+std::vector<double> angles(const std::string& text) {
+    std::vector<double> out;
+    for (const std::string& word : split(text)) {
+        std::size_t end = 0;
+        double value = 0.0;
+        try {
+            value = std::stod(word, &end);
+        } catch (const std::exception&) {
+            end = 0;
+        }
+        if (end != word.size() || !(std::abs(value) <= 360.0)) {
+            refuse("--faces holds what is no angle", word, "say degrees from -360 to 360: --faces 0,90,180,270");
+        }
+        out.push_back(value);
+    }
+    return out;
+}
+
+/// Files besides the answer; what became of the lines.
+struct Outputs {
+    LineFiles files;
+    std::optional<LineJob> lines;
+};
+Outputs write_outputs(const Inspection& inspection, std::span<const Vec3> scan, const Words& words) {
+    Outputs out;
+    if (!words.lines.empty()) {
+        out.files.folder = words.lines;
+        if (!words.calibration.empty()) {
+            out.files.calibration = words.calibration;
+        }
+        out.files.faces = angles(words.faces);
+        out.files.incidence_deg = words.incidence_deg;
+        out.lines = write_lines(inspection, scan, out.files);
+    }
+    return out;
+}
+
+void print(const Inspection& inspection, const Words& words, const Outputs& outputs) {
+    if (words.json) {
+        nlohmann::ordered_json json = inspection_json(inspection);
+        json["line_job"] = outputs.lines ? line_job_json(*outputs.lines) : nlohmann::ordered_json();
+        std::printf("%s\n", json.dump(2).c_str());
+        return;
+    }
+    std::fputs(inspection_text(inspection).c_str(), stdout);
+    if (outputs.lines) {
+        std::fputs(line_job_text(*outputs.lines, outputs.files).c_str(), stdout);
+    }
 }
 
 int run(const Words& words) {
@@ -183,11 +242,7 @@ int run(const Words& words) {
             inspection.notes.push_back(std::to_string(scan.not_finite) +
                                        " points of the scan are NaN and were left out");
         }
-        if (words.json) {
-            std::printf("%s\n", inspection_json(inspection).dump(2).c_str());
-        } else {
-            std::fputs(inspection_text(inspection).c_str(), stdout);
-        }
+        print(inspection, words, write_outputs(inspection, scan.cloud.points, words));
         const bool enough = inspection.after ? inspection.after->enough() : inspection.before.enough();
         return enough ? kDone : kFailed;
     } catch (const InspectionError& error) {
@@ -235,6 +290,17 @@ void add_inspect(CLI::App& app, int& exit_code) {
     sub->add_option("--lock", words->lock, "datum planes that stay where they are")->type_name("IDS");
     sub->add_option("--what-if", words->what_if, "allowance at this motion besides (mm, degrees)")
         ->type_name("X,Y,Z,...");
+    sub->add_option("--lines", words->lines,
+                    "folder for the datum lines on the blank: DXF, and with --calibration a job")
+        ->type_name("DIR");
+    sub->add_option("--calibration", words->calibration, "of the cell that burns them (h_from_c, turntable)")
+        ->type_name("FILE");
+    sub->add_option("--faces", words->faces, "turntable faces to burn from (default: 0,90,180,270)")
+        ->type_name("DEG,...");
+    sub->add_option("--incidence-deg", words->incidence_deg, "largest angle between beam and surface normal")
+        ->check(CLI::Range(1.0, 85.0))
+        ->type_name("DEG")
+        ->capture_default_str();
     sub->add_option("--threads", words->threads, "0 = all cores")->type_name("N");
     sub->add_flag("--no-borrow", words->no_borrow, "measure only");
     sub->add_flag("--open", words->open, "do not refuse a CAD model that is not closed");

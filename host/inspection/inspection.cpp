@@ -154,6 +154,22 @@ void align(const DistanceField& field, std::span<const Vec3> scan, const Part* p
     }
 }
 
+void cut_lines(const DistanceField& field, std::span<const Vec3> scan, const Part* part,
+               const InspectionRequest& request, Inspection& out) {
+    if (part == nullptr || part->datums.empty()) {
+        throw InputError({.file = {},
+                          .problem = "the part has no datum plane to cut a line with",
+                          .value = part == nullptr ? "" : part->id,
+                          .action = "add [[datum]] entries to the part, and give it with --part"});
+    }
+    const std::vector<Vec3> places = placed(out.final_w_from_c(), scan);
+    for (const DatumPlane& datum : part->datums) {
+        out.lines.push_back(datum_line(field, places, datum, {.threads = request.threads}));
+        const auto& notes = out.lines.back().notes;
+        out.notes.insert(out.notes.end(), notes.begin(), notes.end());
+    }
+}
+
 }  // namespace
 
 std::string_view name_of(AlignBy by) noexcept {
@@ -226,6 +242,9 @@ Inspection inspect(const DistanceField& field, std::span<const Vec3> scan, const
             out.borrowing = borrow(field, gauge, out.over.points, out.plan.groups, options);
             out.after = evaluate(gauge, out.over.points, out.plan.groups, out.borrowing->motion, request.threads);
         });
+    }
+    if (request.lines) {
+        steps.run("lines", [&] { cut_lines(field, scan, part, request, out); });
     }
     if (request.what_if) {
         out.what_if = evaluate(gauge, out.over.points, out.plan.groups, *request.what_if, request.threads);

@@ -16,6 +16,7 @@
 #include "host/inspection/alignment.hpp"
 #include "host/inspection/allowance.hpp"
 #include "host/inspection/borrowing.hpp"
+#include "host/inspection/datum_line.hpp"
 
 namespace sc::host {
 
@@ -31,6 +32,7 @@ struct InspectionRequest {
     std::optional<Rigid<frame::W, frame::W>> what_if = {};  ///< allowance at this motion besides
     std::optional<Placement> start = {};                    ///< known placement: no search
     bool open_allowed = false;                              ///< CAD that is not closed is not refused
+    bool lines = false;                                     ///< cut the part's datum planes with the scan
     unsigned threads = 0;
     std::function<void(std::string_view)> progress = {};  ///< called before each step
 };
@@ -53,6 +55,9 @@ struct Inspection {
     std::optional<Borrowing> borrowing;
     std::optional<AllowanceReport> after;
     std::optional<AllowanceReport> what_if;
+    std::vector<DatumLine> lines;  ///< in w, as the part finally lies
+    /// With the borrowing, if there was one: what lines and verdict are for.
+    [[nodiscard]] Placement final_w_from_c() const { return borrowing ? borrowing->motion * w_from_c : w_from_c; }
     std::vector<std::pair<std::string, double>> seconds;  ///< of each step
 };
 

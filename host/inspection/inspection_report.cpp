@@ -105,6 +105,23 @@ nlohmann::ordered_json to_json(const Inspection& inspection, const Borrowing& b)
             {"rounds", b.rounds}};
 }
 
+nlohmann::ordered_json to_json(const DatumLine& line) {
+    nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+    for (const LineRun& run : line.cut.runs) {
+        runs.push_back({{"closed", run.closed}, {"length_mm", mm(run.length)}, {"places", run.places.size()}});
+    }
+    nlohmann::ordered_json gaps = nlohmann::ordered_json::array();
+    for (const LineGap& gap : line.cut.gaps) {
+        gaps.push_back({{"from_mm", to_json(gap.from)}, {"to_mm", to_json(gap.to)}, {"length_mm", mm(gap.length)}});
+    }
+    return {{"id", line.id},
+            {"length_mm", mm(line.cut.length)},
+            {"cad_mm", mm(line.cad_length)},
+            {"points", line.cut.points},
+            {"runs", runs},
+            {"gaps", gaps}};
+}
+
 template <class... Values>
 void add(std::string& out, const char* format, Values... values) {
     std::array<char, 256> line{};
@@ -199,6 +216,14 @@ std::string inspection_text(const Inspection& i) {
     if (i.borrowing) {
         add_borrowing(out, i, *i.borrowing);
     }
+    for (const DatumLine& line : i.lines) {
+        add(out, "datum %s: a line of %.1f mm in %zu pieces, %zu gaps%s\n", line.id.c_str(), kMm * line.cut.length,
+            line.cut.runs.size(), line.cut.gaps.size(), line.cut.gaps.empty() ? "" : ":");
+        for (const LineGap& gap : line.cut.gaps) {
+            add(out, "  %.1f mm from (%.2f %.2f %.2f) to (%.2f %.2f %.2f)\n", kMm * gap.length, kMm * gap.from.x,
+                kMm * gap.from.y, kMm * gap.from.z, kMm * gap.to.x, kMm * gap.to.y, kMm * gap.to.z);
+        }
+    }
     if (i.what_if) {
         out += "\nwhat if, at the motion that was asked about:\n";
         add_faces(out, *i.what_if, nullptr);
@@ -243,6 +268,10 @@ nlohmann::ordered_json inspection_json(const Inspection& i) {
     out["after"] = i.after ? to_json(*i.after) : nlohmann::ordered_json();
     out["borrowing"] = i.borrowing ? to_json(i, *i.borrowing) : nlohmann::ordered_json();
     out["what_if"] = i.what_if ? to_json(*i.what_if) : nlohmann::ordered_json();
+    out["lines"] = nlohmann::ordered_json::array();
+    for (const DatumLine& line : i.lines) {
+        out["lines"].push_back(to_json(line));
+    }
     out["seconds"] = seconds;
     return out;
 }

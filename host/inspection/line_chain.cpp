@@ -15,7 +15,9 @@ namespace {
 constexpr std::uint32_t kNone = 0xffffffffU;
 constexpr double kBehind = -0.1;      ///< cosine: a follower lies ahead, all but
 constexpr double kCorner = 0.9;       ///< cosine between tangents: less is a corner
-constexpr double kCornerReach = 4.0;  ///< spacings between the places beside a corner
+constexpr double kCornerReach = 6.0;  ///< spacings between the places beside a corner
+
+constexpr double kTurned = 0.15;  ///< rad that a normal between two places may be off
 
 struct Link {
     double cost = 0.0;
@@ -258,8 +260,8 @@ private:
         }
     }
 
-    static std::pair<std::size_t, double> farthest(const std::vector<LinePlace>& places, std::size_t first,
-                                                   std::size_t last) {
+    [[nodiscard]] std::pair<std::size_t, double> farthest(const std::vector<LinePlace>& places, std::size_t first,
+                                                          std::size_t last) const {
         std::pair<std::size_t, double> out{first, 0.0};
         const Vec3 a = places[first].place;
         const Vec3 ab = places[last].place - a;
@@ -267,7 +269,10 @@ private:
         for (std::size_t i = first + 1; i < last; ++i) {
             const Vec3 ap = places[i].place - a;
             const double share = squared > 0.0 ? std::clamp(dot(ap, ab) / squared, 0.0, 1.0) : 0.0;
-            const double off = norm(ap - share * ab);
+            // The normal must stay right as well: who goes along the line asks for it between the places.
+            const Vec3 between = (1.0 - share) * places[first].normal + share * places[last].normal;
+            const double turned = norm(places[i].normal - between);
+            const double off = std::max(norm(ap - share * ab), options_->chord / kTurned * turned);
             if (off > out.second) {
                 out = {i, off};
             }
