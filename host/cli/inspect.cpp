@@ -10,16 +10,20 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/cli/build_info.hpp"
 #include "host/cli/cad_input.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/inspect_lines.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/subcommands.hpp"
+#include "host/formats/calibration_set.hpp"
 #include "host/formats/error.hpp"
+#include "host/formats/file.hpp"
 #include "host/formats/mesh.hpp"
 #include "host/formats/scan.hpp"
 #include "host/inspection/inspection.hpp"
+#include "host/inspection/inspection_html.hpp"
 #include "host/inspection/inspection_report.hpp"
 
 namespace sc::host::cli {
@@ -52,6 +56,9 @@ struct Words {
     std::string lines;
     std::string calibration;
     std::string faces;
+    std::string report;
+    std::string serial;
+    std::string user;
     double incidence_deg = 60.0;
     double require_mm = 0.0;
     double bound_mm = 5.0;
@@ -195,8 +202,21 @@ struct Outputs {
     LineFiles files;
     std::optional<LineJob> lines;
 };
-Outputs write_outputs(const Inspection& inspection, std::span<const Vec3> scan, const Words& words) {
+Outputs write_outputs(const Inspection& inspection, const DistanceField& field, std::span<const Vec3> scan,
+                      const Words& words) {
     Outputs out;
+    if (!words.report.empty()) {
+        const std::string calibration = words.calibration.empty() ? "" : read_calibration(words.calibration).id;
+        write_text_file(words.report,
+                        inspection_html(inspection, field,
+                                        {{"CAD model", words.cad},
+                                         {"scan", words.scan},
+                                         {"part", words.part},
+                                         {"serial number", words.serial},
+                                         {"operator", words.user},
+                                         {"calibration", calibration},
+                                         {"scribecell", std::string(kVersion) + " (git " + kGitHash + ")"}}));
+    }
     if (!words.lines.empty()) {
         out.files.folder = words.lines;
         if (!words.calibration.empty()) {
@@ -242,7 +262,7 @@ int run(const Words& words) {
             inspection.notes.push_back(std::to_string(scan.not_finite) +
                                        " points of the scan are NaN and were left out");
         }
-        print(inspection, words, write_outputs(inspection, scan.cloud.points, words));
+        print(inspection, words, write_outputs(inspection, field, scan.cloud.points, words));
         const bool enough = inspection.after ? inspection.after->enough() : inspection.before.enough();
         return enough ? kDone : kFailed;
     } catch (const InspectionError& error) {
@@ -301,6 +321,10 @@ void add_inspect(CLI::App& app, int& exit_code) {
         ->check(CLI::Range(1.0, 85.0))
         ->type_name("DEG")
         ->capture_default_str();
+    sub->add_option("--report", words->report, "one HTML page with tables, pictures and a map that turns")
+        ->type_name("FILE.html");
+    sub->add_option("--serial", words->serial, "serial number, for the report")->type_name("TEXT");
+    sub->add_option("--operator", words->user, "who inspects, for the report")->type_name("TEXT");
     sub->add_option("--threads", words->threads, "0 = all cores")->type_name("N");
     sub->add_flag("--no-borrow", words->no_borrow, "measure only");
     sub->add_flag("--open", words->open, "do not refuse a CAD model that is not closed");

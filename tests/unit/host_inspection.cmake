@@ -15,3 +15,6 @@ sc_test(host_inspection_borrowing_test LABEL unit
 sc_test(host_inspection_datum_line_test LABEL unit
   SOURCES ${dir}/datum_line_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
   DEPS host_inspection)
+sc_test(host_inspection_report_test LABEL unit
+  SOURCES ${dir}/report_test.cpp
+  DEPS host_inspection)
