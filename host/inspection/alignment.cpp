@@ -60,22 +60,14 @@ public:
 
     /// One Gauss-Newton step on `points`; returns how far the part moved at its rim.
     double step(std::span<const Vec3> points, Placement& placement, double gate, Fit& fit) {
-        const unsigned threads = thread_count(options_->threads);
-        places_.resize(points.size());
-        distances_.resize(points.size());
-        parallel_pieces(points.size(), kPiece, threads, [&](std::size_t begin, std::size_t end, unsigned) {
-            for (std::size_t i = begin; i < end; ++i) {
-                places_[i] = placement.rotation * points[i] + placement.translation;
-            }
-        });
-        field_->measure(places_, distances_, {.threads = threads, .sorted = true});
         if (gate <= 0.0) {
-            gate = gate_of(fit);
+            gate = gate_of(points, placement, fit);
         }
         std::vector<Sums> sums((points.size() + kPiece - 1) / kPiece);
-        parallel_pieces(points.size(), kPiece, threads, [&](std::size_t begin, std::size_t end, unsigned) {
-            add(begin, end, gate, sums[begin / kPiece]);
-        });
+        parallel_pieces(points.size(), kPiece, thread_count(options_->threads),
+                        [&](std::size_t begin, std::size_t end, unsigned) {
+                            add(points.subspan(begin, end - begin), placement, gate, sums[begin / kPiece]);
+                        });
         Sums all;
         for (const Sums& s : sums) {  // in order: the same sum whatever the threads
             all.normal += s.normal;
@@ -99,31 +91,53 @@ public:
     }
 
 private:
-    static constexpr std::size_t kPiece = 8192;
+    static constexpr std::size_t kPiece = 4096;
 
     [[nodiscard]] bool counts(const Distance& d) const { return options_->use.empty() || options_->use[d.triangle]; }
 
-    /// From the median of the distances that count: robust against outliers and stock.
-    double gate_of(Fit& fit) {
-        scratch_.clear();
-        const std::size_t stride = std::max<std::size_t>(1, distances_.size() / 20000);
-        for (std::size_t i = 0; i < distances_.size(); i += stride) {
-            if (counts(distances_[i])) {
-                scratch_.push_back(std::abs(distances_[i].value));
+    /// Distances of a few thousand points, places first.
+    void measure(std::span<const Vec3> points, const Placement& placement, std::vector<Vec3>& places,
+                 std::vector<Distance>& distances) const {
+        places.resize(points.size());
+        distances.resize(points.size());
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            places[i] = placement.rotation * points[i] + placement.translation;
+        }
+        field_->measure(places, distances, {.threads = 1, .simd = Simd::best, .sorted = true});
+    }
+
+    /// From the median of the distances that count, of a sample: robust against outliers and stock.
+    double gate_of(std::span<const Vec3> points, const Placement& placement, Fit& fit) const {
+        std::vector<Vec3> sample;
+        const std::size_t stride = std::max<std::size_t>(1, points.size() / 20000);
+        for (std::size_t i = 0; i < points.size(); i += stride) {
+            sample.push_back(points[i]);
+        }
+        std::vector<Vec3> places;
+        std::vector<Distance> distances;
+        measure(sample, placement, places, distances);
+        std::vector<double> off;
+        for (const Distance& d : distances) {
+            if (counts(d)) {
+                off.push_back(std::abs(d.value));
             }
         }
-        if (scratch_.empty()) {
+        if (off.empty()) {
             return kFinest;
         }
-        const auto middle = scratch_.begin() + static_cast<std::ptrdiff_t>(scratch_.size() / 2);
-        std::nth_element(scratch_.begin(), middle, scratch_.end());
+        const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+        std::nth_element(off.begin(), middle, off.end());
         fit.sigma = 1.4826 * *middle;
         return std::max(kTukey * fit.sigma, kFinest);
     }
 
-    void add(std::size_t begin, std::size_t end, double gate, Sums& sums) const {
-        for (std::size_t i = begin; i < end; ++i) {
-            const Distance& d = distances_[i];
+    void add(std::span<const Vec3> points, const Placement& placement, double gate, Sums& sums) const {
+        // Few enough at a time to stay in the cache.
+        thread_local std::vector<Vec3> places;
+        thread_local std::vector<Distance> distances;
+        measure(points, placement, places, distances);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const Distance& d = distances[i];
             if (!counts(d)) {
                 continue;
             }
@@ -134,8 +148,7 @@ private:
             ++sums.counted;
             const double u = d.value / gate;
             const double weight = (1.0 - u * u) * (1.0 - u * u);
-            const Foot foot = field_->foot(places_[i], d);
-            const Vector6 row = row_of(frame_, places_[i], foot.direction);
+            const Vector6 row = row_of(frame_, places[i], field_->growth(places[i], d));
             sums.normal.selfadjointView<Eigen::Lower>().rankUpdate(row, weight);
             sums.right += (weight * d.value) * row;
         }
@@ -145,17 +158,16 @@ private:
     const DistanceField* field_;
     const FitOptions* options_;
     Frame frame_;
-    std::vector<Vec3> places_;
-    std::vector<Distance> distances_;
-    std::vector<double> scratch_;
 };
 
-std::vector<Vec3> gathered(std::span<const Vec3> points, std::span<const std::uint32_t> order, std::size_t stride) {
-    std::vector<Vec3> out;
-    out.reserve(order.size() / stride + 1);
-    for (std::size_t i = stride / 2; i < order.size(); i += stride) {
-        out.push_back(points[order[i]]);
-    }
+std::vector<Vec3> gathered(std::span<const Vec3> points, std::span<const std::uint32_t> order, std::size_t stride,
+                           unsigned threads) {
+    std::vector<Vec3> out((order.size() + stride - 1 - stride / 2) / stride);
+    parallel_pieces(out.size(), 16384, thread_count(threads), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            out[i] = points[order[stride / 2 + i * stride]];
+        }
+    });
     return out;
 }
 
@@ -223,7 +235,8 @@ Fit fit_to_mesh(const DistanceField& field, std::span<const Vec3> points, const 
     const std::vector<std::uint32_t> order = space_order(points, thread_count(options.threads));
     // Few points, every so many along the curve through space: the gate closes from the whole reach.
     constexpr std::size_t kFew = 6000;
-    const std::vector<Vec3> few = gathered(points, order, std::max<std::size_t>(1, points.size() / kFew));
+    const std::vector<Vec3> few =
+        gathered(points, order, std::max<std::size_t>(1, points.size() / kFew), options.threads);
     double gate = options.reach > 0.0 ? options.reach : 0.1 * field.diagonal();
     for (int i = 0; i < 60; ++i) {
         const double motion = fitter.step(few, fit.w_from_c, gate, fit);
@@ -233,10 +246,11 @@ Fit fit_to_mesh(const DistanceField& field, std::span<const Vec3> points, const 
             break;
         }
     }
-    const std::vector<Vec3> all = gathered(points, order, 1);
+    const std::vector<Vec3> all = gathered(points, order, 1, options.threads);
+    // The few have found the triangles: what is left of a step so short is far below a micrometre.
     for (int i = 0; i < 8; ++i) {
         ++fit.passes;
-        if (fitter.step(all, fit.w_from_c, -1.0, fit) < 2e-6) {
+        if (fitter.step(all, fit.w_from_c, -1.0, fit) < 2e-5) {
             break;
         }
     }

@@ -19,7 +19,9 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr double kMm = 1e3;
 constexpr double kKept = 1e-9;  ///< mm of the smallest margin that the later goals may take: room to breathe for them
 constexpr int kRounds = 20;
-constexpr double kStill = 1e-8;  ///< mm of motion at the part's rim
+constexpr int kRough = 2;              ///< rounds that may leave rows out that count
+constexpr std::size_t kFirst = 20000;  ///< rows of the first round, and as many from everywhere
+constexpr double kStill = 1e-8;        ///< mm of motion at the part's rim
 
 constexpr std::uint32_t kNoStrip = 0xffffffffU;
 
@@ -28,7 +30,10 @@ struct Condition {
     std::uint32_t point = 0;
     std::uint32_t strip = kNoStrip;  ///< a kept strip instead of what is nearest now
     bool upper = false;
+    bool of_strip = false;  ///< the reading was over a flat strip of a bore
     double value = 0.0;
+    Vec3 place;      ///< of the point, now
+    Vec3 direction;  ///< in which its height grows
 };
 
 /// A strip of a bore that once stopped a point: it goes on to count as a plane.
@@ -42,9 +47,42 @@ struct Strip {
 struct Sums {
     double n = 0.0;
     double d = 0.0;
+    double dd = 0.0;
     Vector6 g = Vector6::Zero();
     Vector6 dg = Vector6::Zero();
-    Eigen::Matrix<double, 6, 6> gg = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 21, 1> gg = Eigen::Matrix<double, 21, 1>::Zero();  ///< upper triangle of Σ g gᵀ, by rows
+
+    void add(double value, const Vector6& row) {
+        n += 1.0;
+        d += value;
+        dd += value * value;
+        g += row;
+        dg += value * row;
+        Eigen::Index at = 0;
+        for (Eigen::Index i = 0; i < 6; ++i) {
+            for (Eigen::Index k = i; k < 6; ++k) {
+                gg[at++] += row[i] * row[k];
+            }
+        }
+    }
+    void add(const Sums& other) {
+        n += other.n;
+        d += other.d;
+        dd += other.dd;
+        g += other.g;
+        dg += other.dg;
+        gg += other.gg;
+    }
+    [[nodiscard]] Eigen::Matrix<double, 6, 6> whole() const {
+        Eigen::Matrix<double, 6, 6> out;
+        Eigen::Index at = 0;
+        for (Eigen::Index i = 0; i < 6; ++i) {
+            for (Eigen::Index k = i; k < 6; ++k) {
+                out(i, k) = out(k, i) = gg[at++];
+            }
+        }
+        return out;
+    }
 };
 
 class Borrower {
@@ -58,9 +96,7 @@ public:
           centre_(0.5 * (field.low() + field.high())),
           length_(0.5 * field.diagonal()) {
         find_basis();
-        places_.resize(points.size());
-        readings_.resize(points.size());
-        gradient_.resize(static_cast<Eigen::Index>(points.size()), 6);
+        values_.resize(points.size());
     }
 
     Borrowing run() {
@@ -69,21 +105,23 @@ public:
         double reach = std::numeric_limits<double>::infinity();  // how far the next step may go, mm
         for (out.rounds = 1;; ++out.rounds) {
             look();
-            const double margin = smallest();
+            const double margin = margin_;
             if (out.rounds == 1) {
                 out.margin_before = margin / kMm;
                 out.variance_before = variance() / (kMm * kMm);
             }
-            // Steps shrink. A row that is farther above the smallest than any such step can bring it is left out;
-            // should the step be longer after all, it is taken again with every row.
-            build_conditions(margin + 4.0 * reach);
+            // Rows that are so far above the smallest that the step cannot bring them there are left out. On the first
+            // rounds the step may be longer than that: what they miss is seen at the next look.
+            const bool rough = out.rounds <= kRough;
+            const double limit = rough ? lowest(kFirst) : margin + 4.0 * reach;
+            build_conditions(limit, rough ? points_.size() / kFirst + 1 : 0);
             Eigen::VectorXd step = improve(out, margin);
-            if (step.norm() > reach) {
-                build_conditions(std::numeric_limits<double>::infinity());
+            if (4.0 * step.norm() > limit - margin && !rough) {
+                build_conditions(std::numeric_limits<double>::infinity(), 0);
                 step = improve(out, margin);
             }
             const double size = step.norm();
-            if (size < kStill || out.rounds == kRounds ||
+            if ((size < kStill && !rough) || out.rounds == kRounds ||
                 (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
                 out.margin = margin / kMm;
                 break;
@@ -157,62 +195,95 @@ private:
         return (Vector6() << direction.x, direction.y, direction.z, arm.x, arm.y, arm.z).finished();
     }
 
-    /// Distances and their growth at the present place.
-    void look() {
-        const auto moved = motion();
-        shift_ = (1.0 / kMm) * Vec3{total_[0], total_[1], total_[2]};
-        const unsigned threads = thread_count(options_->threads);
-        parallel_pieces(points_.size(), 4096, threads, [&](std::size_t begin, std::size_t end, unsigned) {
-            for (std::size_t i = begin; i < end; ++i) {
-                places_[i] = moved.rotation * points_[i].place + moved.translation;
-                readings_[i] = gauge_->at(places_[i], groups_[points_[i].group].face);
-                gradient_.row(static_cast<Eigen::Index>(i)) = row_of(places_[i], readings_[i].direction).transpose();
-            }
-        });
+    [[nodiscard]] Vec3 place_of(std::uint32_t point) const {
+        return now_.rotation * points_[point].place + now_.translation;
     }
 
-    /// Those whose value is at most `limit`.
-    void build_conditions(double limit) {
-        conditions_.clear();
-        const auto add = [&](const Condition& c) {
-            if (c.value <= limit) {
-                conditions_.push_back(c);
+    /// Heights at the present place, the smallest margin, and what the variance needs. One set of sums a stretch, added
+    /// up in order: the same whatever the threads.
+    void look() {
+        now_ = motion();
+        shift_ = (1.0 / kMm) * Vec3{total_[0], total_[1], total_[2]};
+        constexpr std::size_t kStretch = 65536;
+        std::vector<std::vector<Sums>> pieces((points_.size() + kStretch - 1) / kStretch);
+        std::vector<double> least(pieces.size(), std::numeric_limits<double>::infinity());
+        parallel_pieces(points_.size(), kStretch, thread_count(options_->threads),
+                        [&](std::size_t begin, std::size_t end, unsigned) {
+                            auto& sums = pieces[begin / kStretch];
+                            sums.resize(groups_.size());
+                            least[begin / kStretch] = look_at(begin, end, sums);
+                        });
+        margin_ = *std::ranges::min_element(least);
+        sums_.assign(groups_.size(), {});
+        for (const auto& piece : pieces) {
+            for (std::size_t i = 0; i < sums_.size(); ++i) {
+                sums_[i].add(piece[i]);
             }
-        };
+        }
+    }
+
+    double look_at(std::size_t begin, std::size_t end, std::vector<Sums>& sums) {
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t i = begin; i < end; ++i) {
+            const BorrowGroup& group = groups_[points_[i].group];
+            const Vec3 place = place_of(static_cast<std::uint32_t>(i));
+            const Reading reading = gauge_->at(place, group.face);
+            values_[i] = reading.value;
+            least = std::min({least, kMm * (reading.value - group.least), kMm * (group.most - reading.value)});
+            sums[points_[i].group].add(kMm * reading.value, row_of(place, reading.direction));
+        }
+        return least;
+    }
+
+    /// The so-manieth of the margins, mm.
+    [[nodiscard]] double lowest(std::size_t count) const {
+        if (points_.size() <= count) {
+            return std::numeric_limits<double>::infinity();
+        }
+        std::vector<double> margins(points_.size());
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            const BorrowGroup& group = groups_[points_[i].group];
+            margins[i] = kMm * std::min(values_[i] - group.least, group.most - values_[i]);
+        }
+        const auto at = margins.begin() + static_cast<std::ptrdiff_t>(count);
+        std::nth_element(margins.begin(), at, margins.end());
+        return *at;
+    }
+
+    /// Those whose value is at most `limit`, and every `stride`-th besides (0: none).
+    void build_conditions(double limit, std::size_t stride) {
+        conditions_.clear();
         for (std::uint32_t i = 0; i < points_.size(); ++i) {
             const BorrowGroup& group = groups_[points_[i].group];
-            add({i, kNoStrip, false, kMm * (readings_[i].value - group.least)});
-            if (std::isfinite(group.most)) {
-                add({i, kNoStrip, true, kMm * (group.most - readings_[i].value)});
+            const bool always = stride > 0 && i % stride == 0;
+            const double lower = kMm * (values_[i] - group.least);
+            const double upper = kMm * (group.most - values_[i]);
+            if (std::min(lower, upper) > limit && !always) {
+                continue;
+            }
+            const Vec3 place = place_of(i);
+            const Reading reading = gauge_->at(place, group.face);
+            if (lower <= limit || always) {
+                conditions_.push_back({i, kNoStrip, false, reading.strip, lower, place, reading.direction});
+            }
+            if (std::isfinite(upper) && (upper <= limit || always)) {
+                conditions_.push_back({i, kNoStrip, true, reading.strip, upper, place, reading.direction});
             }
         }
         for (std::uint32_t i = 0; i < strips_.size(); ++i) {
             const Strip& strip = strips_[i];
-            const double height = dot(places_[strip.point] - strip.on, strip.normal);
-            add({strip.point, i, false, kMm * (height - groups_[points_[strip.point].group].least)});
+            const Vec3 place = place_of(strip.point);
+            const double height = dot(place - strip.on, strip.normal);
+            const double value = kMm * (height - groups_[points_[strip.point].group].least);
+            if (value <= limit) {
+                conditions_.push_back({strip.point, i, false, false, value, place, strip.normal});
+            }
         }
     }
 
-    [[nodiscard]] Vec3 direction_of(const Condition& c) const {
-        return c.strip == kNoStrip ? readings_[c.point].direction : strips_[c.strip].normal;
-    }
     [[nodiscard]] Vector6 gradient_of(const Condition& c) const {
-        if (c.strip != kNoStrip) {
-            return row_of(places_[c.point], direction_of(c));
-        }
-        const Vector6 gradient = gradient_.row(c.point).transpose();
+        const Vector6 gradient = row_of(c.place, c.direction);
         return c.upper ? Vector6(-gradient) : gradient;
-    }
-
-    /// Smallest of the exact margins, mm.
-    [[nodiscard]] double smallest() const {
-        double least = std::numeric_limits<double>::infinity();
-        for (std::size_t i = 0; i < points_.size(); ++i) {
-            const BorrowGroup& group = groups_[points_[i].group];
-            least =
-                std::min({least, kMm * (readings_[i].value - group.least), kMm * (group.most - readings_[i].value)});
-        }
-        return least;
     }
 
     /// Rows of the motion's own bounds, in the basis: they hold for the whole motion, not for the step.
@@ -297,40 +368,12 @@ private:
 
     /// Variance of the allowance, mean over the faces that count, as a quadratic in the step (½ xᵀHx + gᵀx).
     [[nodiscard]] std::pair<Eigen::MatrixXd, Eigen::VectorXd> unevenness() const {
-        // One set of sums a stretch, added up in order: the same whatever the threads.
-        constexpr std::size_t kStretch = 65536;
-        std::vector<std::vector<Sums>> pieces((points_.size() + kStretch - 1) / kStretch);
-        parallel_pieces(points_.size(), kStretch, thread_count(options_->threads),
-                        [&](std::size_t begin, std::size_t end, unsigned) {
-                            auto& sums = pieces[begin / kStretch];
-                            sums.resize(groups_.size());
-                            for (std::size_t i = begin; i < end; ++i) {
-                                Sums& s = sums[points_[i].group];
-                                const double d = kMm * readings_[i].value;
-                                const Vector6 g = gradient_.row(static_cast<Eigen::Index>(i)).transpose();
-                                s.n += 1.0;
-                                s.d += d;
-                                s.g += g;
-                                s.dg += d * g;
-                                s.gg.noalias() += g * g.transpose();
-                            }
-                        });
-        std::vector<Sums> sums(groups_.size());
-        for (const auto& piece : pieces) {
-            for (std::size_t i = 0; i < sums.size(); ++i) {
-                sums[i].n += piece[i].n;
-                sums[i].d += piece[i].d;
-                sums[i].g += piece[i].g;
-                sums[i].dg += piece[i].dg;
-                sums[i].gg += piece[i].gg;
-            }
-        }
         Eigen::Matrix<double, 6, 6> h = Eigen::Matrix<double, 6, 6>::Zero();
         Vector6 right = Vector6::Zero();
-        for (std::size_t i = 0; i < sums.size(); ++i) {
-            const Sums& s = sums[i];
+        for (std::size_t i = 0; i < sums_.size(); ++i) {
+            const Sums& s = sums_[i];
             if (groups_[i].evened && s.n > 0.0) {
-                h += 2.0 * (s.gg / s.n - s.g * s.g.transpose() / (s.n * s.n));
+                h += 2.0 * (s.whole() / s.n - s.g * s.g.transpose() / (s.n * s.n));
                 right += 2.0 * (s.dg / s.n - s.d * s.g / (s.n * s.n));
             }
         }
@@ -338,18 +381,13 @@ private:
     }
 
     [[nodiscard]] double variance() const {
-        std::vector<std::array<double, 3>> sums(groups_.size(), {0.0, 0.0, 0.0});
-        for (std::size_t i = 0; i < points_.size(); ++i) {
-            const double d = kMm * readings_[i].value;
-            auto& s = sums[points_[i].group];
-            s = {s[0] + 1.0, s[1] + d, s[2] + d * d};
-        }
         double sum = 0.0;
         double count = 0.0;
-        for (std::size_t i = 0; i < sums.size(); ++i) {
-            if (groups_[i].evened && sums[i][0] > 0.0) {
-                const double mean = sums[i][1] / sums[i][0];
-                sum += std::max(sums[i][2] / sums[i][0] - mean * mean, 0.0);
+        for (std::size_t i = 0; i < sums_.size(); ++i) {
+            const Sums& s = sums_[i];
+            if (groups_[i].evened && s.n > 0.0) {
+                const double mean = s.d / s.n;
+                sum += std::max(s.dd / s.n - mean * mean, 0.0);
                 count += 1.0;
             }
         }
@@ -368,12 +406,10 @@ private:
                 continue;
             }
             const Condition& c = conditions_[row];
-            const Vec3 direction = direction_of(c);
-            out.active.push_back({c.point, points_[c.point].group, c.upper, best.multiplier[i], c.value / kMm,
-                                  places_[c.point], direction});
-            const Reading& r = readings_[c.point];
-            if (c.strip == kNoStrip && !c.upper && r.strip) {
-                found_.push_back({c.point, places_[c.point] - r.value * r.direction, r.direction});
+            out.active.push_back(
+                {c.point, points_[c.point].group, c.upper, best.multiplier[i], c.value / kMm, c.place, c.direction});
+            if (c.strip == kNoStrip && !c.upper && c.of_strip) {
+                found_.push_back({c.point, c.place - values_[c.point] * c.direction, c.direction});
             }
         }
     }
@@ -387,9 +423,10 @@ private:
     double length_;
     Eigen::MatrixXd basis_;
     Vector6 total_ = Vector6::Zero();  ///< mm: shift, turn · length
-    std::vector<Vec3> places_;
-    std::vector<Reading> readings_;
-    Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> gradient_;
+    Rigid<frame::W, frame::W> now_;    ///< the same as a motion
+    std::vector<double> values_;       ///< heights at the last look, metres
+    std::vector<Sums> sums_;           ///< of that look, one a group
+    double margin_ = 0.0;              ///< mm, the smallest then
     std::vector<Condition> conditions_;
     std::vector<Strip> strips_;
     std::vector<Strip> found_;  ///< active in the last program, kept from the next round on

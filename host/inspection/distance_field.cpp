@@ -293,6 +293,11 @@ Foot DistanceField::foot(const Vec3& place, const Distance& distance) const {
     return {nearest.place, (distance.value < 0.0 ? -1.0 : 1.0) * unit(r)};
 }
 
+Vec3 DistanceField::growth(const Vec3& place, const Distance& distance) const {
+    return distance.feature == Feature::face && !data_->sliver[distance.triangle] ? data_->normal(distance.triangle)
+                                                                                  : foot(place, distance).direction;
+}
+
 const TriangleMesh& DistanceField::mesh() const noexcept { return data_->mesh; }
 const Topology& DistanceField::topology() const noexcept { return data_->topology; }
 bool DistanceField::turned() const noexcept { return data_->turned; }

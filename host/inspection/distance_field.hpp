@@ -62,6 +62,9 @@ public:
     /// Where a distance that `place` was given is measured.
     [[nodiscard]] Foot foot(const Vec3& place, const Distance& distance) const;
 
+    /// The direction of that foot alone; over the middle of a triangle some 10 ns.
+    [[nodiscard]] Vec3 growth(const Vec3& place, const Distance& distance) const;
+
     [[nodiscard]] const TriangleMesh& mesh() const noexcept;
     [[nodiscard]] const Topology& topology() const noexcept;
     [[nodiscard]] bool turned() const noexcept;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kSameStrip = 1e-4;
 constexpr double kGapCosine = 0.92;  ///< 23 degrees: a bore that is open here has no strip to measure over
+constexpr std::size_t kFewestStrips = 4;
 constexpr std::size_t kParts = 256;  ///< of the circle
 
 /// Grows with the angle, from -2 to 2: cheaper than the angle.
@@ -49,29 +50,40 @@ FaceGauge::Bore FaceGauge::bore_of(const CadFace& face) const {
     bore.u = unit(cross(a, std::abs(a.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
     bore.v = cross(a, bore.u);
     const TriangleMesh& mesh = field_->mesh();
+    std::vector<Strip> strips;
     for (const std::uint32_t i : face.triangles) {
         const auto& t = mesh.triangles[i];
         const Vec3& p = mesh.vertices[t[0]];
         const Vec3 n = cross(mesh.vertices[t[1]] - p, mesh.vertices[t[2]] - p);
         const double area = 0.5 * norm(n);
         if (area > 1e-6 * face.area) {
-            bore.strips.push_back({angle_of(-dot(n, bore.u), -dot(n, bore.v)), p, unit(n), area});
+            strips.push_back({angle_of(-dot(n, bore.u), -dot(n, bore.v)), p, unit(n), area});
         }
     }
-    std::ranges::sort(bore.strips, {}, &Strip::angle);
+    std::ranges::sort(strips, {}, &Strip::angle);
     std::vector<Strip> merged;
-    for (const Strip& strip : bore.strips) {
+    for (const Strip& strip : strips) {
         if (!merged.empty() && strip.angle - merged.back().angle < kSameStrip) {
             merged.back() = strip.area > merged.back().area ? strip : merged.back();
         } else {
             merged.push_back(strip);
         }
     }
-    bore.strips = std::move(merged);
+    const std::size_t count = merged.size();
+    if (count < kFewestStrips) {
+        return bore;
+    }
+    for (const Strip& strip : merged) {
+        bore.angles.push_back(strip.angle);
+    }
+    for (std::size_t i = 0; i < count + 4; ++i) {
+        const Strip& strip = merged[(i + count - 2) % count];
+        bore.flats.push_back({strip.normal, dot(strip.on, strip.normal)});
+    }
     for (std::size_t part = 0; part < kParts; ++part) {
         const double start = -2.0 + 4.0 * static_cast<double>(part) / static_cast<double>(kParts);
-        bore.first.push_back(static_cast<std::uint32_t>(
-            std::ranges::lower_bound(bore.strips, start, {}, &Strip::angle) - bore.strips.begin()));
+        bore.first.push_back(
+            static_cast<std::uint32_t>(std::ranges::lower_bound(bore.angles, start) - bore.angles.begin()));
     }
     return bore;
 }
@@ -79,20 +91,19 @@ FaceGauge::Bore FaceGauge::bore_of(const CadFace& face) const {
 Reading FaceGauge::over_bore(const Vec3& place, const CadFace& face, const Bore& bore) const {
     const Vec3 r = radial(face, place);
     const double angle = angle_of(dot(r, bore.u), dot(r, bore.v));
-    const std::size_t count = bore.strips.size();
     std::size_t found = bore.first[part_of(angle)];
-    while (found < count && bore.strips[found].angle < angle) {
+    while (found < bore.angles.size() && bore.angles[found] < angle) {
         ++found;
     }
     // The strips on both sides, and one more each: widths may differ.
-    Reading best{std::numeric_limits<double>::infinity(), {}, true};
-    for (std::size_t i = found + count - 2; i < found + count + 2; ++i) {
-        const Strip& strip = bore.strips[i < count ? i : (i < 2 * count ? i - count : i - 2 * count)];
-        const double height = dot(place - strip.on, strip.normal);
-        if (height < best.value) {
-            best = {height, strip.normal, true};
-        }
+    std::size_t least = found;
+    double height = dot(place, bore.flats[found].normal) - bore.flats[found].offset;
+    for (std::size_t i = found + 1; i < found + 4; ++i) {
+        const double other = dot(place, bore.flats[i].normal) - bore.flats[i].offset;
+        least = other < height ? i : least;
+        height = std::min(height, other);
     }
+    const Reading best{height, bore.flats[least].normal, true};
     const double towards = -dot(r, best.direction);
     const bool open = towards < 0.0 || towards * towards < kGapCosine * kGapCosine * dot(r, r);
     return open ? over_radius(face, place) : best;
@@ -104,7 +115,7 @@ Reading FaceGauge::at(const Vec3& place, std::uint32_t face) const {
         return {dot(place - f.point, f.direction), f.direction, false};
     }
     if (f.kind == FaceKind::cylinder && f.hollow) {
-        return bores_[face].strips.size() < 4 ? over_radius(f, place) : over_bore(place, f, bores_[face]);
+        return bores_[face].angles.empty() ? over_radius(f, place) : over_bore(place, f, bores_[face]);
     }
     const Distance d = field_->at(place);
     if (f.kind == FaceKind::cylinder && map_->face_of[d.triangle] != face) {

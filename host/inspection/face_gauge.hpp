@@ -35,10 +35,16 @@ private:
         Vec3 normal;
         double area = 0.0;
     };
+    /// normal · place − offset is the height over a strip.
+    struct Flat {
+        Vec3 normal;
+        double offset = 0.0;
+    };
     struct Bore {
         Vec3 u;
         Vec3 v;
-        std::vector<Strip> strips;         ///< in the order of their angle about the axis
+        std::vector<double> angles;        ///< of the strips, rising, about the axis; empty: too few
+        std::vector<Flat> flats;           ///< two of the last, all, two of the first: a circle without an end
         std::vector<std::uint32_t> first;  ///< of equal parts of the circle: the first strip at or beyond its start
     };
     [[nodiscard]] Bore bore_of(const CadFace& face) const;
