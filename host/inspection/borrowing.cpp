@@ -19,7 +19,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr double kMm = 1e3;
 constexpr double kKept = 1e-9;  ///< mm of the smallest margin that the later goals may take: room to breathe for them
 constexpr int kRounds = 20;
-constexpr int kRough = 2;              ///< rounds that may leave rows out that count
+constexpr int kRough = 5;              ///< rounds that may leave rows out that count
 constexpr std::size_t kFirst = 20000;  ///< rows of the first round, and as many from everywhere
 constexpr double kStill = 1e-8;        ///< mm of motion at the part's rim
 
@@ -112,16 +112,17 @@ public:
             }
             // Rows that are so far above the smallest that the step cannot bring them there are left out. On the first
             // rounds the step may be longer than that: what they miss is seen at the next look.
-            const bool rough = out.rounds <= kRough;
-            const double limit = rough ? lowest(kFirst) : margin + 4.0 * reach;
-            build_conditions(limit, rough ? points_.size() / kFirst + 1 : 0);
+            const double limit = std::min(margin + 4.0 * reach, lowest(kFirst));
+            build_conditions(limit, out.rounds <= kRough ? points_.size() / kFirst + 1 : 0);
             Eigen::VectorXd step = improve(out, margin);
-            if (4.0 * step.norm() > limit - margin && !rough) {
+            bool complete = 4.0 * step.norm() <= limit - margin;
+            if (!complete && out.rounds > kRough) {
                 build_conditions(std::numeric_limits<double>::infinity(), 0);
                 step = improve(out, margin);
+                complete = true;
             }
             const double size = step.norm();
-            if ((size < kStill && !rough) || out.rounds == kRounds ||
+            if ((size < kStill && complete) || out.rounds == kRounds ||
                 (out.rounds > 6 && margin < last_margin + 1e-9 && size < 1e-5)) {
                 out.margin = margin / kMm;
                 break;
