@@ -4,16 +4,30 @@
 #include <algorithm>
 
 #include "host/inspection/alignment.hpp"
+#include "host/inspection/parallel.hpp"
 
 namespace sc::host {
 
 Neighbours::Neighbours(std::span<const Vec3> places, double reach)
     : places_(places), reach_(reach), low_(extent_of(places).low) {
-    cells_.reserve(places.size());
-    for (std::uint32_t i = 0; i < places.size(); ++i) {
-        cells_.push_back({key(places[i], 0, 0, 0), i});
+    // Sorted in stretches on all cores, then merged: the same list whatever their number.
+    cells_.resize(places.size());
+    const std::size_t stretch = std::max<std::size_t>(places.size() / 8 + 1, 4096);
+    parallel_pieces(places.size(), stretch, thread_count(0), [&](std::size_t begin, std::size_t end, unsigned) {
+        for (std::size_t i = begin; i < end; ++i) {
+            cells_[i] = {key(places[i], 0, 0, 0), static_cast<std::uint32_t>(i)};
+        }
+        std::sort(cells_.begin() + static_cast<std::ptrdiff_t>(begin),
+                  cells_.begin() + static_cast<std::ptrdiff_t>(end));
+    });
+    for (std::size_t width = stretch; width < places.size(); width *= 2) {
+        parallel_pieces(places.size(), 2 * width, thread_count(0), [&](std::size_t begin, std::size_t end, unsigned) {
+            if (begin + width < end) {
+                const auto at = [&](std::size_t i) { return cells_.begin() + static_cast<std::ptrdiff_t>(i); };
+                std::inplace_merge(at(begin), at(begin + width), at(end));
+            }
+        });
     }
-    std::ranges::sort(cells_);
 }
 
 std::size_t Neighbours::at(const Vec3& place, std::span<std::uint32_t> out) const {
