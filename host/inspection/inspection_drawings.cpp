@@ -119,7 +119,10 @@ void add_grey(std::vector<std::uint8_t>& out, const Inspection& inspection, cons
         if (inspection.plan.group_of_face[inspection.map.face_of[i]] != kNoGroup) {
             continue;
         }
-        for (due += 0.5 * norm(cross(ab, ac)) / area * kGreyPoints; due >= 1.0; due -= 1.0) {
+        due += 0.5 * norm(cross(ab, ac)) / area * kGreyPoints;
+        const auto count = static_cast<int>(due);
+        due -= count;
+        for (int k = 0; k < count; ++k) {
             u = std::fmod(u + 0.7548776662, 1.0);  // even and without chance (the plastic number's sequence)
             v = std::fmod(v + 0.5698402910, 1.0);
             const bool beyond = u + v > 1.0;
