@@ -26,6 +26,7 @@ constexpr double kDepth = 2.75;      ///< reaches from the plane: neighbours of 
 constexpr double kSure = 0.5;        ///< cosine: `outwards` says which side of a patch is out
 constexpr double kBand = 0.75;       ///< of the reach: points this near to the plane give places of the line
 constexpr double kAlike = 0.9;       ///< cosine: normals of one face
+constexpr double kBeyond = 0.45;     ///< of the reach: how far the points' middle is off at a straight edge, and some
 constexpr double kThick = 0.12;      ///< of the reach: what is farther off its neighbours' plane is no surface
 constexpr double kGrazing = 0.97;    ///< cosine of normal and plane's normal: the plane all but lies in the surface
 constexpr double kSpacing = 0.22;    ///< of the reach: between places before they are thinned
@@ -338,6 +339,7 @@ private:
         Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
         Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
         std::size_t used = 0;
+        Vec3 middle{};
         for (std::size_t k = 0; k < count; ++k) {
             const Vec3 r = near_[about[k]] - seed.place;
             if (std::abs(dot(face_[about[k]], seed.normal)) < kAlike ||
@@ -352,9 +354,11 @@ private:
             row << 1.0, s, h, s * s, s * h, h * h;
             normal += weight * row * row.transpose();
             right += weight * dot(r, rise) * row;
+            middle = middle + r;
             ++used;
         }
-        if (used < kFewest) {
+        // Slid past the edge of its face, a place has the points of that face on one side alone.
+        if (used < kFewest || norm(middle) > kBeyond * reach_ * static_cast<double>(used)) {
             return {};
         }
         // A little of its own weight on the curvatures holds them where the points lie on one side alone.

@@ -195,7 +195,7 @@ private:
         const double b = dot(way, tangents_[j]);
         const double ahead = (a - cosine * b) / (1.0 - cosine * cosine);
         const double behind = (b - cosine * a) / (1.0 - cosine * cosine);
-        if (ahead <= 0.0 || behind <= 0.0) {
+        if (ahead <= 0.0 || behind <= 0.0 || std::max(ahead, behind) > norm(way)) {
             return std::nullopt;
         }
         const Vec3 normal = places_[i].normal + places_[j].normal;

@@ -15,6 +15,8 @@ namespace {
 constexpr double kCell = 0.4e-3;     ///< metres
 constexpr double kStep = 1e-3;       ///< metres along a line between questions
 constexpr double kSamePlace = 1e-6;  ///< metres: a path must not repeat a place
+constexpr double kEdge = 0.1e-3;     ///< metres left out before an edge
+constexpr double kSmooth = 0.9;      ///< cosine between normals: less is an edge
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
@@ -49,12 +51,52 @@ FineLine refined(std::span<const SurfacePlace> places, bool closed) {
     return out;
 }
 
+/// Takes a little off the end of a piece.
+void shorten(std::vector<SurfacePlace>& places, double by) {
+    while (places.size() > 2 && norm(places.back().place - places[places.size() - 2].place) <= by) {
+        by -= norm(places.back().place - places[places.size() - 2].place);
+        places.pop_back();
+    }
+    const SurfacePlace& before = places[places.size() - 2];
+    const Vec3 way = places.back().place - before.place;
+    const double length = norm(way);
+    if (length > by) {
+        places.back().place = before.place + ((length - by) / length) * way;
+    }
+}
+
 double length_of(std::span<const SurfacePlace> places) {
     double sum = 0.0;
     for (std::size_t i = 1; i < places.size(); ++i) {
         sum += norm(places[i].place - places[i - 1].place);
     }
     return sum;
+}
+
+/// At an edge a beam that is off by a few micrometres passes the metal by and marks what lies behind: pieces end a
+/// little before it. Where one smoothly goes on into the next nothing is taken.
+void trim(std::vector<ReachedPiece>& pieces) {
+    const auto goes_on = [](const ReachedPiece& a, const ReachedPiece& b) {
+        return norm(a.places.back().place - b.places.front().place) < kSamePlace &&
+               dot(a.places[a.places.size() - 2].normal, b.places[1].normal) > kSmooth;
+    };
+    std::vector<std::pair<bool, bool>> cut;
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        const ReachedPiece& last = pieces[(i + pieces.size() - 1) % pieces.size()];
+        const ReachedPiece& next = pieces[(i + 1) % pieces.size()];
+        cut.push_back({!goes_on(last, pieces[i]), !goes_on(pieces[i], next)});
+    }
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+        if (cut[i].second) {
+            shorten(pieces[i].places, kEdge);
+        }
+        if (cut[i].first) {
+            std::ranges::reverse(pieces[i].places);
+            shorten(pieces[i].places, kEdge);
+            std::ranges::reverse(pieces[i].places);
+        }
+        pieces[i].length = length_of(pieces[i].places);
+    }
 }
 
 }  // namespace
@@ -235,6 +277,7 @@ SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed) co
         }
         begin = end - 1;
     }
+    trim(out.reached);
     // Where a closed line was begun need not stay an end.
     if (closed && out.reached.size() > 1 && out.reached.front().face_deg == out.reached.back().face_deg &&
         norm(out.reached.front().places.front().place - out.reached.back().places.back().place) < kSamePlace) {

@@ -90,8 +90,8 @@ TEST(DatumLine, GapsAreReportedAndNotBridged) {
     ASSERT_EQ(c.cut.runs.size(), 1U);
     EXPECT_FALSE(c.cut.runs[0].closed);
     ASSERT_EQ(c.cut.gaps.size(), 1U);
-    EXPECT_NEAR(c.cut.gaps[0].length, 7e-3, 3e-4);
-    EXPECT_NEAR(c.cut.length, 0.14 - 7e-3, 4e-4);
+    EXPECT_NEAR(c.cut.gaps[0].length, 7e-3, 6e-4);
+    EXPECT_NEAR(c.cut.length, 0.14 - 7e-3, 7e-4);
 }
 
 TEST(DatumLine, ThinWallsAndStepsAreNotMixedUp) {
