@@ -108,7 +108,9 @@ private:
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
     void feed(ItemQueue& items) noexcept;
+    void check_place(const motion::Place& place, std::uint32_t item) noexcept;
     void add_point(const PathPoint& point, std::uint32_t item) noexcept;
+    void add_arc(const PathArc& arc, std::uint32_t item) noexcept;
     void check_end() noexcept;
     void refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept;
     [[nodiscard]] bool in_travel(const motion::Place& place, std::uint32_t item) noexcept;
@@ -144,6 +146,8 @@ private:
     bool stopping_ = false;
     bool waiting_ = false;
     bool path_closed_ = false;  ///< the path's end has come
+    motion::Place last_point_{};
+    bool has_point_ = false;
     bool end_checked_ = false;  ///< and lies within the travel, with its run-out
     std::int64_t tick_ = 0;
     std::int64_t phase_tick_ = 0;  ///< tick at which the phase's time began

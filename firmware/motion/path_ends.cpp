@@ -2,6 +2,7 @@
 #include "firmware/motion/path_ends.hpp"
 
 #include "firmware/motion/profile.hpp"
+#include "firmware/trajectory/arc.hpp"
 #include "firmware/trajectory/place.hpp"
 #include "shared/math/scalar.hpp"
 
@@ -45,39 +46,60 @@ double PathEnds::run_up(const Place& direction) const noexcept {
     return change_distance(0.0, speed, along);
 }
 
-std::optional<PathEnds::Point> PathEnds::add(const Place& point, std::uint32_t item) noexcept {
-    last_ = {point, item};
-    if (!has_point_) {
-        has_point_ = true;
-        held_ = last_;
-        return std::nullopt;
-    }
-    const double step = apart(point, held_.place);
-    if (!(step > 0.0) || step < merge_) {
-        return std::nullopt;
-    }
-    Point given = held_;
-    before_ = held_;
-    held_ = last_;
-    if (!started_) {
-        started_ = true;
-        const Place direction = direction_of(given.place, point);
-        run_in_ = run_up(direction);
-        start_ = trajectory::along(given.place, -run_in_, direction);
-        given.place = start_;
-    }
-    return given;
+/// The path leaves its first point in this direction.
+void PathEnds::begin(const Place& direction) noexcept {
+    started_ = true;
+    run_in_ = run_up(direction);
+    start_ = trajectory::along(held_.place, -run_in_, direction);
 }
 
-std::optional<PathEnds::Point> PathEnds::finish() noexcept {
-    if (!started_) {
-        return std::nullopt;
+void PathEnds::add(const Point& point, Points& given) noexcept {
+    last_ = point;
+    if (!has_point_) {
+        has_point_ = true;
+        held_ = point;
+        return;
     }
-    const Place direction = direction_of(before_.place, last_.place);
+    if (point.arc) {
+        const trajectory::ArcShape shape = trajectory::arc_shape(held_.place, point.via, point.place);
+        if (!started_) {
+            begin(shape.leaves);
+            given.push({.place = start_, .item = held_.item});
+        }
+        if (!given_) {
+            given.push(held_);
+        }
+        given.push(point);
+        held_ = point;
+        given_ = true;
+        arrives_ = shape.arrives;
+        return;
+    }
+    const double step = apart(point.place, held_.place);
+    if (!(step > 0.0) || step < merge_) {
+        return;
+    }
+    if (!started_) {
+        begin(direction_of(held_.place, point.place));
+        given.push({.place = start_, .item = held_.item});
+    } else if (!given_) {
+        given.push(held_);
+    }
+    before_ = held_.place;
+    held_ = point;
+    given_ = false;
+}
+
+void PathEnds::finish(Points& given) noexcept {
+    if (!started_) {
+        return;
+    }
+    const Place direction = given_ ? arrives_ : direction_of(before_, last_.place);
     run_out_ = run_up(direction);
     last_.place = trajectory::along(last_.place, run_out_, direction);
+    last_.arc = false;
     finished_ = true;
-    return last_;
+    given.push(last_);
 }
 
 }  // namespace sc::motion

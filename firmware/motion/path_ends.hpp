@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
-#include <optional>
 
 #include "firmware/trajectory/spec.hpp"
 
@@ -11,22 +11,34 @@ namespace sc::motion {
 /// Moves the first point of a path back by the run-in and its last one on by the run-out, each straight along the
 /// path's end and as long as it takes to reach full speed, so that the marked part is passed moving.
 ///
-/// Points nearer than `merge` to the last one given on are kept back: they say nothing about the direction. Cost:
-/// bounded, some 60 operations a point and two roots.
+/// Points nearer than `merge` to the last one given on are kept back: they say nothing about the direction. A path that
+/// begins or ends with an arc gets a straight run-in or run-out along the arc's tangent. Cost: bounded, some 60
+/// operations a point and two roots; some 1 000 an arc.
 class PathEnds {
 public:
-    /// A point to be planned.
+    /// A point to be planned, or an arc that ends there.
     struct Point {
         trajectory::Place place{};
         std::uint32_t item = 0;
+        bool arc = false;
+        trajectory::Place via{};
+    };
+    /// What is to be planned, in this order.
+    struct Points {
+        std::array<Point, 3> each{};
+        std::uint32_t size = 0;
+        void push(const Point& point) noexcept {
+            each[size] = point;
+            ++size;
+        }
     };
 
     /// `speed` in m/s, that the run-in is to reach; `merge` in m.
     void open(double speed, double merge, const trajectory::AxisLimits& limits) noexcept;
-    /// Next point; what is to be planned before it, if anything.
-    [[nodiscard]] std::optional<Point> add(const trajectory::Place& point, std::uint32_t item) noexcept;
+    /// Next point, or an arc to it; appends what is to be planned now. An arc can not be the first.
+    void add(const Point& point, Points& given) noexcept;
     /// No more points; the last to be planned. Nothing if there were no two distinct points.
-    [[nodiscard]] std::optional<Point> finish() noexcept;
+    void finish(Points& given) noexcept;
 
     /// Two distinct points are known.
     [[nodiscard]] bool has_start() const noexcept { return started_; }
@@ -41,6 +53,7 @@ public:
 
 private:
     [[nodiscard]] double run_up(const trajectory::Place& direction) const noexcept;
+    void begin(const trajectory::Place& direction) noexcept;
 
     double speed_ = 0.0;
     double merge_ = 0.0;
@@ -51,9 +64,11 @@ private:
     double run_in_ = 0.0;
     double run_out_ = 0.0;
     trajectory::Place start_{};
-    Point before_;  ///< the last one that was given on, in its true place
-    Point held_;    ///< the next to be given on
-    Point last_;    ///< the last that came
+    trajectory::Place before_{};  ///< that the last one kept was come from, straight
+    Point held_;                  ///< the last one kept
+    bool given_ = false;          ///< … was given on, as the end of an arc that arrives in direction `arrives_`
+    trajectory::Place arrives_{};
+    Point last_;  ///< the last that came
 };
 
 }  // namespace sc::motion

@@ -12,9 +12,6 @@ using trajectory::Rate;
 using trajectory::RateChange;
 using trajectory::Retimer;
 
-/// Spans that are tried for a change of rate, in shortest stops: the shorter ones fail where the nominal trajectory
-/// itself takes all that the limits give.
-constexpr std::array<double, 7> kSpans{1.0, 1.3, 1.7, 2.3, 3.2, 4.5, 6.5};
 constexpr double kShortestSpan = 0.62;  ///< of the time of a stop, that passes in nominal time
 constexpr double kReserveSpans = 4.6;   ///< of nominal time that is known at any moment, so that a stop can be planned
 constexpr double kReserveTicks = 40.0;  ///< and for planning it
@@ -23,13 +20,13 @@ constexpr double kReadyShare = 1.25;  ///< of that, before it begins
 constexpr double kSameRate = 1e-9;
 constexpr double kLeastRate = 0.05;
 constexpr double kGoShare = 0.6;
-/// Rates, and shares of the way, that a way back is tried at: the slower and shorter, the more the limits have left.
-/// What is left of the way is then gone from the next rest.
-constexpr std::array<double, 7> kBackRates{1.0, 0.6, 0.3, 0.8, 0.4, 0.5, 0.2};
-constexpr std::array<double, 7> kBackShares{1.0, 1.0, 1.0, 0.4, 0.4, 0.12, 0.04};
-constexpr double kLeastBack = 0.5;      ///< of a stop's time
-constexpr double kRest = 1e-6;          ///< m: a way back shorter than this is none
-constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
+/// Spans of a lifted stretch.
+constexpr std::array<double, 4> kLiftSpans{16.0, 10.0, 6.0, 3.0};
+constexpr double kLiftAhead = 6.0;  ///< stops' times before the end of one, at which the next is planned
+constexpr double kLeastLift = 0.5;  ///< of a stop's time: what is left of the path, if it is to be lifted
+constexpr double kGreatestLift = 2.0;
+constexpr std::uint32_t kMostLifted = 72;  ///< pieces
+constexpr double kLiftPause = 0.1;         ///< s, after all have failed
 constexpr std::uint32_t kSlackTicks = 3;
 
 /// Time of a stop from the path's speed.
@@ -52,7 +49,8 @@ PathMotion::PathMotion() noexcept : planner_({vertex_memory_, node_memory_, piec
 
 bool PathMotion::open(const trajectory::Spec& spec) noexcept {
     pending_size_ = pending_taken_ = 0;
-    end_pending_ = bad_ = false;
+    end_pending_ = last_pending_ = bad_ = false;
+    given_.size = given_taken_ = 0;
     credit_ = 0;
     idle_ = true;
     leg_first_ = leg_end_ = 0;
@@ -68,6 +66,8 @@ bool PathMotion::open(const trajectory::Spec& spec) noexcept {
     step_ = missed_ = 0;
     go_rate_ = 1.0;
     rates_size_ = 0;
+    lift_ = 1.0;
+    lift_after_ = 0.0;
     trajectory::Spec planned = spec;
     planned_speed_ = larger(1.0, override_);
     planned.speed = spec.speed * planned_speed_;
@@ -83,6 +83,8 @@ bool PathMotion::open(const trajectory::Spec& spec) noexcept {
 
 double PathMotion::wanted_rate() const noexcept { return clamped(override_ / planned_speed_, kLeastRate, 1.0); }
 
+double PathMotion::wanted_lift() const noexcept { return clamped(override_ / planned_speed_, 1.0, kGreatestLift); }
+
 void PathMotion::push(const Leg& added) noexcept {
     if (leg_end_ - leg_first_ == kLegs) {
         ++leg_first_;
@@ -97,30 +99,48 @@ bool PathMotion::wants_points() const noexcept {
     return open_ && !bad_ && !end_pending_ && !ends_.finished() && pending_size_ < kPointsPerTick;
 }
 
-void PathMotion::add(const Place& point, std::uint32_t item) noexcept {
-    pending_[pending_size_] = {point, item};
+void PathMotion::take(const PathEnds::Point& point) noexcept {
+    pending_[pending_size_] = point;
     ++pending_size_;
 }
 
 void PathMotion::finish() noexcept { end_pending_ = true; }
 
+/// To the planner, as far as it has room. True when nothing is left.
+bool PathMotion::give_on(std::uint32_t& units) noexcept {
+    while (given_taken_ < given_.size) {
+        if (!planner_.wants_points()) {
+            return false;
+        }
+        const PathEnds::Point& point = given_.each[given_taken_];
+        ++given_taken_;
+        units -= point.arc && units > 0 ? 1U : 0U;
+        const bool taken = point.arc ? planner_.add_arc(point.via, point.place, point.item).has_value()
+                                     : planner_.add(point.place, point.item).has_value();
+        bad_ = bad_ || !taken;
+    }
+    given_.size = given_taken_ = 0;
+    return true;
+}
+
 void PathMotion::take_points(std::uint32_t& units) noexcept {
-    while (pending_taken_ < pending_size_ && units > 0 && planner_.wants_points()) {
-        const Point& point = pending_[pending_taken_];
+    while (give_on(units) && pending_taken_ < pending_size_ && units > 0) {
+        ends_.add(pending_[pending_taken_], given_);
         ++pending_taken_;
         --units;
-        if (const auto given = ends_.add(point.place, point.item); given && !planner_.add(given->place, given->item)) {
-            bad_ = true;
-        }
     }
     if (pending_taken_ < pending_size_) {
         return;
     }
     pending_taken_ = pending_size_ = 0;
-    if (end_pending_ && planner_.wants_points()) {
+    if (end_pending_ && given_.size == 0) {
         end_pending_ = false;
-        const auto given = ends_.finish();
-        if (!given || !planner_.add(given->place, given->item) || !planner_.finish()) {
+        ends_.finish(given_);
+        last_pending_ = true;
+    }
+    if (last_pending_ && give_on(units)) {
+        last_pending_ = false;
+        if (!ends_.finished() || !planner_.finish()) {
             bad_ = true;
         }
     }
@@ -158,6 +178,18 @@ double PathMotion::nominal_end() const noexcept {
 double PathMotion::nominal_at(double t) const noexcept {
     const Leg& last = newest();
     return last.nominal ? last.u0 + larger(t - last.begin, 0.0) * last.rate : rest_u_;
+}
+
+/// The same at this tick, within a cell.
+double PathMotion::nominal_now() const noexcept {
+    if (now_ >= newest().begin || rests_) {
+        return nominal_at(now_);
+    }
+    std::uint32_t k = 0;
+    while (k + 1 < rates_size_ && rates_begin_ + rates_[k].t < now_) {
+        ++k;
+    }
+    return rates_size_ > 0 ? smaller(rates_[k].u, newest().u0) : nominal_at(now_);
 }
 
 double PathMotion::end_time() const noexcept {
@@ -232,7 +264,7 @@ bool PathMotion::tick(double path_time, double tick_seconds) noexcept {
 /// What is next. A change from motion that is not ready in time is begun anew.
 void PathMotion::choose() noexcept {
     if (task_ != Task::none) {
-        const bool moving = task_ == Task::stop || task_ == Task::rate;
+        const bool moving = task_ != Task::back && task_ != Task::go;
         const bool missed = moving && now_ + 1.5 * tick_s_ > task_begin_;
         const bool unwanted = stop_wanted_ && task_ != Task::stop;
         if (!missed && !unwanted) {
@@ -251,8 +283,11 @@ void PathMotion::choose() noexcept {
     watch_supply();
     if (stop_wanted_) {
         begin_moving_task(Task::stop);
-    } else if (absolute(rate_ - wanted_rate()) > kSameRate) {
+    } else if (absolute(rate_ - wanted_rate()) > kSameRate ||
+               (lift_ > wanted_lift() + kSameRate && now_ < newest().begin)) {
         begin_moving_task(Task::rate);
+    } else if (wanted_lift() > 1.0 + kSameRate) {
+        begin_lift();
     }
 }
 
@@ -271,8 +306,8 @@ void PathMotion::watch_supply() noexcept {
     if (complete_ || stop_wanted_ || planner_.pieces().free() < trajectory::kPiecesAtOnce) {
         return;
     }
-    const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_;
-    const double ahead = nominal_end() - nominal_at(now_);
+    const double reserve = lift_ * (kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_);
+    const double ahead = nominal_end() - nominal_now();
     // While the planner is at work, it is a drought only when little is left.
     if (ahead < (waits_ ? reserve : kLastReserve * reserve)) {
         starved_ = true;
@@ -305,40 +340,49 @@ std::uint32_t PathMotion::pieces_between(std::uint32_t from, double until) const
     return count;
 }
 
-/// Stop, or another rate, while it moves: from the first moment for which it can be ready in time.
-void PathMotion::begin_moving_task(Task task) noexcept {
+/// State at the first moment for which a change over `span` can be ready in time; nominal time that it is to take.
+double PathMotion::place_change(double span, std::uint32_t most_pieces, RateChange& change) noexcept {
     const trajectory::Limits& limits = planner_.limits();
-    const double end = nominal_end();
-    const double rate = wanted_rate();
-    const double span = kSpans[step_] * stop_span_ * (task == Task::stop ? rate_ : 1.0);
-    RateChange change;
+    const Leg& last = newest();
+    const Rate even{.u = last.u0, .b = rate_ * rate_ * limits.speed * limits.speed};
+    double taken = span;
     // Twice: how long planning takes depends on where it begins.
     std::uint32_t ticks = kSlackTicks;
     for (int i = 0; i < 2; ++i) {
         task_begin_ = now_ + static_cast<double>(ticks) * tick_s_;
-        const Leg& last = newest();
+        change.from = even;
         if (task_begin_ >= last.begin) {
-            change.from = {.u = nominal_at(task_begin_), .b = rate_ * rate_ * limits.speed * limits.speed};
+            change.from.u = nominal_at(task_begin_);
         } else {
             // In the midst of the change that is in force.
             std::uint32_t k = 0;
             while (k + 1 < rates_size_ && rates_begin_ + rates_[k].t < task_begin_) {
                 ++k;
             }
-            if (k + 1 >= rates_size_ || !(rates_[k].b > 0.0)) {
-                change.from = {.u = last.u0, .b = rate_ * rate_ * limits.speed * limits.speed};
-                task_begin_ = last.begin;
-            } else {
-                change.from = rates_[k];
-                task_begin_ = rates_begin_ + rates_[k].t;
-            }
+            const bool moves = k + 1 < rates_size_ && rates_[k].b > 0.0;
+            change.from = moves ? rates_[k] : even;
+            task_begin_ = moves ? rates_begin_ + rates_[k].t : last.begin;
         }
         change.from.t = 0.0;
         change.piece = piece_at(change.from.u);
-        const std::uint32_t pieces = pieces_between(change.piece, change.from.u + span);
+        taken = span * larger(1.0, square_root(change.from.b) / limits.speed);
+        std::uint32_t pieces = pieces_between(change.piece, change.from.u + taken);
+        if (pieces > most_pieces) {
+            pieces = most_pieces;
+            taken = planner_.pieces()[change.piece + pieces].start - change.from.u;
+        }
         ticks = kSlackTicks + (1 + missed_) * (Retimer::units(pieces) / kUnitsPerTick);
     }
-    change.until = change.from.u + span;
+    return taken;
+}
+
+/// Stop, or another rate, while it moves.
+void PathMotion::begin_moving_task(Task task) noexcept {
+    RateChange change;
+    const double span = kSpans[step_] * stop_span_ * (task == Task::stop ? rate_ : 1.0);
+    change.until = place_change(span, kTooMany, change);
+    change.until += change.from.u;
+    const double end = nominal_end();
     if (change.until >= end) {
         if (complete_) {
             // It comes to rest at the path's end, before any other stop would be over.
@@ -354,12 +398,37 @@ void PathMotion::begin_moving_task(Task task) noexcept {
         }
         change.until = end;
     }
-    change.rate = task == Task::stop ? rate_ : rate;
+    change.rate = task == Task::stop ? rate_ : wanted_rate();
+    change.most = lift_;
     change.end = task == Task::stop ? RateChange::End::rest : RateChange::End::rate;
-    if (!(change.until > change.from.u)) {
+    if (change.until > change.from.u) {
+        begin_change(task, change);
+    }
+}
+
+/// A lifted leg after the other, each planned while the one before has still to slow down to rate 1 at its end; so if
+/// none is found, nothing is lost.
+void PathMotion::begin_lift() noexcept {
+    const double left = newest().begin - now_;
+    const double reserve = kReadyShare * wanted_lift() * (kReserveSpans * stop_span_ + kReserveTicks * tick_s_);
+    if (now_ < lift_after_ || left > kLiftAhead * stop_span_ ||
+        (!complete_ && nominal_end() - nominal_now() < reserve)) {
         return;
     }
-    begin_change(task, change);
+    RateChange change;
+    change.until = place_change(kLiftSpans[step_] * stop_span_, kMostLifted, change);
+    change.until += change.from.u;
+    change.end = RateChange::End::rate;
+    const double end = nominal_end();
+    if (change.until >= end) {
+        change.until = end;
+        change.end = complete_ ? RateChange::End::free : RateChange::End::rate;
+    }
+    change.most = wanted_lift();
+    change.lifted = true;
+    if (change.until - change.from.u > kLeastLift * stop_span_) {
+        begin_change(Task::lift, change);
+    }
 }
 
 void PathMotion::begin_change(Task task, const RateChange& change) noexcept {
@@ -379,11 +448,13 @@ void PathMotion::give_up() noexcept {
     task_ = Task::none;
     missed_ = 0;
     ++step_;
-    if (step_ < kSpans.size()) {
+    if (step_ < (failed == Task::lift ? kLiftSpans.size() : kSpans.size())) {
         return;
     }
     step_ = 0;
-    if (failed == Task::go) {
+    if (failed == Task::lift) {
+        lift_after_ = now_ + kLiftPause;
+    } else if (failed == Task::go) {
         go_rate_ = larger(kGoShare * go_rate_, kLeastRate);
     } else if (failed == Task::back) {
         backed_ = true;  // from here, then: what lacks the way to gather speed is withheld and counted
@@ -404,6 +475,7 @@ void PathMotion::publish() noexcept {
         }
         leg(leg_end_ - 1).end = begin;
     }
+    lift_ = task == Task::lift ? change_.most : 1.0;
     rates_size_ = retimer_.count();
     rates_begin_ = begin;
     for (std::uint32_t i = 0; i < rates_size_; ++i) {
@@ -412,6 +484,7 @@ void PathMotion::publish() noexcept {
     push({.begin = begin,
           .end = begin + end.t,
           .nominal = false,
+          .backward = task == Task::back,
           .u0 = change_.from.u,
           .first = made_begin_,
           .last = made_.end()});
@@ -431,103 +504,6 @@ void PathMotion::publish() noexcept {
         go_rate_ = 1.0;
         go_on(begin);
     }
-}
-
-// --- from rest ------------------------------------------------------------------------------------------------------
-
-/// Nominal time at which the beam has come `distance` far; that of the oldest piece kept, if that is further on.
-double PathMotion::time_at_distance(double distance) const noexcept {
-    const trajectory::Ring<Piece>& pieces = planner_.pieces();
-    std::uint32_t k = piece_at(rest_u_);
-    while (k != pieces.first() && pieces[k].distance[0] > distance) {
-        --k;
-    }
-    const Piece& piece = pieces[k];
-    double low = 0.0;
-    double high = piece.duration;
-    if (piece.distance[0] >= distance) {
-        return piece.start;
-    }
-    for (int i = 0; i < 40; ++i) {
-        const double middle = 0.5 * (low + high);
-        (value(piece.distance, middle) < distance ? low : high) = middle;
-    }
-    return piece.start + low;
-}
-
-void PathMotion::choose_at_rest() noexcept {
-    const Piece& piece = planner_.pieces()[piece_at(rest_u_)];
-    const double here = value(piece.distance, rest_u_ - piece.start);
-    if (complete_ && rest_u_ >= nominal_end() && resume_distance_ > mark_end() + kRest) {
-        go_on(now_);  // nothing is left to be marked: the path is over
-    } else if (!backed_ && rest_u_ > 0.0 && here + ends_.run_in() - resume_distance_ > kRest) {
-        begin_back();
-    } else {
-        begin_go();
-    }
-}
-
-/// The law moves forward again from path time `begin`.
-void PathMotion::go_on(double begin) noexcept {
-    rests_ = backed_ = starved_ = resume_wanted_ = false;
-    rearm_time_ = begin;
-    stop_time_ = 1e30;
-}
-
-void PathMotion::begin_back() noexcept {
-    RateChange change;
-    change.from = {.u = rest_u_};
-    change.piece = piece_at(rest_u_);
-    if (planner_.pieces()[change.piece].start == rest_u_ && change.piece != planner_.pieces().first()) {
-        --change.piece;
-    }
-    const double aim = time_at_distance(resume_distance_ - ends_.run_in());
-    // Too short a way has no room to gather speed.
-    double u = larger(smaller(aim, rest_u_ - kLeastBack * stop_span_), 0.0);
-    std::uint32_t k = change.piece;
-    for (std::uint32_t n = 0; n < kTooMany && k != planner_.pieces().first() && planner_.pieces()[k].start > u; ++n) {
-        --k;
-    }
-    u = larger(u, planner_.pieces()[k].start);
-    if (!(u < rest_u_ - 0.5 * kLeastBack * stop_span_)) {
-        backed_ = true;  // no more is kept to back up over
-        begin_go();
-        return;
-    }
-    change.until = rest_u_ - kBackShares[step_] * (rest_u_ - u);
-    change.end = change.until > 0.0 ? RateChange::End::rest : RateChange::End::free;
-    change.rate = kBackRates[step_];
-    back_reaches_ = !(change.until > aim);
-    begin_change(Task::back, change);
-}
-
-void PathMotion::begin_go() noexcept {
-    if (step_ == 0 && !(go_rate_ < wanted_rate())) {
-        go_rate_ = wanted_rate();
-    }
-    if (!(rest_u_ > 0.0)) {
-        // The nominal trajectory begins at rest itself.
-        rate_ = wanted_rate();
-        const double begin = now_ + tick_s_;
-        push({.begin = begin, .u0 = 0.0, .rate = rate_, .slowness = 1.0 / rate_});
-        go_on(begin);
-        return;
-    }
-    RateChange change;
-    change.from = {.u = rest_u_};
-    change.piece = piece_at(rest_u_);
-    change.rate = go_rate_;
-    change.until = rest_u_ + kSpans[step_] * stop_span_ * go_rate_;
-    change.end = RateChange::End::rate;
-    const double end = nominal_end();
-    if (change.until >= end) {
-        if (!complete_) {
-            return;
-        }
-        change.until = end;
-        change.end = RateChange::End::free;
-    }
-    begin_change(Task::go, change);
 }
 
 }  // namespace sc::motion

@@ -27,7 +27,7 @@ using trajectory::Place;
 
 inline constexpr std::uint32_t kPointsPerTick = 8;  ///< that are taken
 /// Units of planning a tick; a unit is one step of one cell, or one point.
-inline constexpr std::uint32_t kUnitsPerTick = 36;
+inline constexpr std::uint32_t kUnitsPerTick = 34;
 
 /// A stretch of path time on one polynomial. What is read for each frame and each pulse comes from here: no look-up, no
 /// division, no root, no comparison. Valid until the next tick().
@@ -57,7 +57,11 @@ public:
     /// Begins a path (servo context); the one before is dropped. False: the spec is refused.
     [[nodiscard]] bool open(const trajectory::Spec& spec) noexcept;
     /// Point and end of the path, only while `wants_points()`.
-    void add(const Place& point, std::uint32_t item) noexcept;
+    void add(const Place& point, std::uint32_t item) noexcept { take({.place = point, .item = item}); }
+    /// A circular arc from the last point through `via` to `to`; not the first. See trajectory::Planner::add_arc.
+    void add_arc(const Place& via, const Place& to, std::uint32_t item) noexcept {
+        take({.place = to, .item = item, .arc = true, .via = via});
+    }
     void finish() noexcept;
     [[nodiscard]] bool wants_points() const noexcept;
     /// The path has ended without two distinct points, or a point was refused.
@@ -81,8 +85,8 @@ public:
     void request_stop() noexcept;
     /// From rest: back up dark by the run-in before `distance` (true distance of the next pulse), then on.
     void request_resume(double distance) noexcept;
-    /// Speed of the path as a share of the programmed one, 0.1 … 2. Above 1 the speed of what is not planned yet rises;
-    /// axis limits hold as ever.
+    /// Speed of the path as a share of the programmed one, 0.1 … 2. Above what the path was opened with, it is reached
+    /// where the axes' limits leave room.
     void set_override(double share) noexcept { override_ = share; }
 
     /// The path may begin: enough is planned that a stop can be planned at any later moment, or all is.
@@ -128,14 +132,19 @@ private:
         double begin = 0.0;
         double end = 1e30;
         bool nominal = true;
+        bool backward = false;
         double u0 = 0.0;  ///< nominal time at its begin
         double rate = 1.0;
         double slowness = 1.0;    ///< 1 / rate
         std::uint32_t first = 0;  ///< pieces of a re-timed leg
         std::uint32_t last = 0;
     };
-    enum class Task : std::uint8_t { none, stop, rate, back, go };
+    enum class Task : std::uint8_t { none, stop, rate, lift, back, go };
 
+    /// Spans that are tried for a change of rate, in shortest stops: the shorter ones fail where the nominal trajectory
+    /// itself takes all that the limits give.
+    static constexpr std::array<double, 7> kSpans{1.0, 1.3, 1.7, 2.3, 3.2, 4.5, 6.5};
+    static constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
     static constexpr std::uint32_t kLegs = 8;
     static constexpr std::uint32_t kVertices = 1024;
     static constexpr std::uint32_t kNodes = 256;
@@ -145,10 +154,14 @@ private:
     [[nodiscard]] const Leg& leg(std::uint32_t i) const noexcept { return legs_[i % kLegs]; }
     [[nodiscard]] Leg& leg(std::uint32_t i) noexcept { return legs_[i % kLegs]; }
     [[nodiscard]] const Leg& newest() const noexcept { return leg(leg_end_ - 1); }
+    void take(const PathEnds::Point& point) noexcept;
+    [[nodiscard]] bool give_on(std::uint32_t& units) noexcept;
     void push(const Leg& added) noexcept;
     void take_points(std::uint32_t& units) noexcept;
     void choose() noexcept;
     void watch_supply() noexcept;
+    void begin_lift() noexcept;
+    [[nodiscard]] double place_change(double span, std::uint32_t most_pieces, trajectory::RateChange& change) noexcept;
     void choose_at_rest() noexcept;
     void begin_moving_task(Task task) noexcept;
     void begin_change(Task task, const trajectory::RateChange& change) noexcept;
@@ -159,26 +172,27 @@ private:
     void begin_back() noexcept;
     void begin_go() noexcept;
     [[nodiscard]] double wanted_rate() const noexcept;
+    [[nodiscard]] double wanted_lift() const noexcept;
     [[nodiscard]] double nominal_end() const noexcept;
     [[nodiscard]] double nominal_at(double t) const noexcept;
+    [[nodiscard]] double nominal_now() const noexcept;
     [[nodiscard]] std::uint32_t piece_at(double u) const noexcept;
     [[nodiscard]] double time_at_distance(double distance) const noexcept;
     [[nodiscard]] std::uint32_t pieces_between(std::uint32_t from, double until) const noexcept;
 
-    struct Point {
-        Place place{};
-        std::uint32_t item = 0;
-    };
-    std::array<Point, kPointsPerTick> pending_{};
+    std::array<PathEnds::Point, kPointsPerTick> pending_{};
     std::uint32_t pending_size_ = 0;
     std::uint32_t pending_taken_ = 0;
     bool end_pending_ = false;
+    bool last_pending_ = false;  ///< the run-out is being given on
     bool bad_ = false;
     bool open_ = false;
     std::uint32_t credit_ = 0;
     bool idle_ = true;  ///< nothing more can be done until the next tick
 
     PathEnds ends_;
+    PathEnds::Points given_;  ///< by it, and not yet taken by the planner
+    std::uint32_t given_taken_ = 0;
     trajectory::Retimer retimer_;
     std::array<trajectory::Vertex, kVertices> vertex_memory_;
     std::array<trajectory::Node, kNodes> node_memory_;
@@ -202,10 +216,10 @@ private:
     bool stop_wanted_ = false;
     bool resume_wanted_ = false;
     bool starved_ = false;
-    bool waits_ = false;     ///< the planner waited for points in the last tick
-    bool complete_ = false;  ///< the nominal trajectory is planned to the path's end
-    bool rests_ = false;     ///< the law ends at rest, now or later
-    bool backed_ = false;    ///< for the resume that is under way
+    bool waits_ = false;         ///< the planner waited for points in the last tick
+    bool complete_ = false;      ///< the nominal trajectory is planned to the path's end
+    bool rests_ = false;         ///< the law ends at rest, now or later
+    bool backed_ = false;        ///< for the resume that is under way
     bool back_reaches_ = false;  ///< the way back under way is the last of them
     double rest_u_ = 0.0;
     double stop_time_ = 1e30;
@@ -223,6 +237,8 @@ private:
     std::array<trajectory::Rate, trajectory::Retimer::kNodes> rates_{};
     std::uint32_t rates_size_ = 0;
     double rates_begin_ = 0.0;
+    double lift_ = 1.0;        ///< the greatest rate of the leg in force
+    double lift_after_ = 0.0;  ///< path time before which no further lift is tried
 };
 
 }  // namespace sc::motion

@@ -6,7 +6,7 @@
 namespace sc::motion {
 namespace {
 
-constexpr double kOpenEnd = 1e29;  ///< s: the end of a leg that has none yet
+constexpr double kOpenEnd = 1e29;           ///< s: the end of a leg that has none yet
 constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the reader
 
 }  // namespace
@@ -76,7 +76,8 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
 }
 
 void PathMotion::forget_before(double t, double distance) noexcept {
-    if (task_ != Task::none || !open_ || !ready()) {
+    // A way back, or on from rest, is planned over what was passed.
+    if (task_ == Task::back || task_ == Task::go || !open_ || !ready()) {
         return;
     }
     Cursor cursor;
@@ -85,21 +86,29 @@ void PathMotion::forget_before(double t, double distance) noexcept {
         ++leg_first_;
     }
     const Leg& now = leg(cursor.leg);
-    if (!now.nominal) {
-        made_.forget_before(cursor.piece);
-        return;
-    }
-    // Re-timed legs that are still to come keep theirs.
-    std::uint32_t next = cursor.leg;
-    while (next != leg_end_ && leg(next).nominal) {
-        ++next;
-    }
-    made_.forget_before(next == leg_end_ ? made_.end() : leg(next).first);
-    // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
-    const double keep = smaller(s.piece->distance[0], distance) - 1.3 * ends_.run_in();
     trajectory::Ring<Piece>& pieces = planner_.pieces();
-    while (pieces.first() != cursor.piece &&
-           (pieces[pieces.first() + 1].distance[0] < keep || cursor.piece - pieces.first() > kMostBehind)) {
+    std::uint32_t at = cursor.piece;
+    if (now.nominal) {
+        // Re-timed legs that are still to come keep theirs, and so does what is being made.
+        std::uint32_t next = cursor.leg;
+        while (next != leg_end_ && leg(next).nominal) {
+            ++next;
+        }
+        const std::uint32_t made_end = task_ != Task::none ? made_begin_ : made_.end();
+        made_.forget_before(next == leg_end_ ? made_end : leg(next).first);
+    } else {
+        made_.forget_before(cursor.piece);
+        if (now.backward && !backed_) {
+            return;
+        }
+        at = piece_at(now.backward ? rest_u_ : now.u0);
+    }
+    // Behind the reader, and what is still to be marked, the way of a run-in is kept, to back up.
+    const double next = resume_wanted_ ? smaller(distance, resume_distance_) : distance;
+    const double keep =
+        !now.nominal && now.backward ? 1e30 : smaller(s.piece->distance[0], next) - 1.3 * ends_.run_in();
+    while (pieces.first() != at &&
+           (pieces[pieces.first() + 1].distance[0] < keep || at - pieces.first() > kMostBehind)) {
         pieces.forget_before(pieces.first() + 1);
     }
 }

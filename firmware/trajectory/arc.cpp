@@ -17,6 +17,63 @@ Place cross(const Place& a, const Place& b) noexcept {
 
 }  // namespace
 
+std::optional<Circle> circle_through(const Place& from, const Place& via, const Place& to) noexcept {
+    const Place u = linear(minus(via, from));
+    const Place w = linear(minus(to, from));
+    const double uu = dot3(u, u);
+    const double ww = dot3(w, w);
+    const Place normal = cross(u, w);
+    const double nn = dot3(normal, normal);
+    if (!(nn > 1e-20 * uu * ww)) {
+        return std::nullopt;
+    }
+    const Place to_centre = times(0.5 / nn, cross(minus(times(uu, w), times(ww, u)), normal));
+    Circle circle;
+    circle.radius = length3(to_centre);
+    circle.centre = plus(linear(from), to_centre);
+    circle.first = times(-1.0, to_centre);
+    circle.second = times(1.0 / square_root(nn), cross(normal, circle.first));
+    const Place end = minus(linear(to), circle.centre);
+    circle.turn = angle_of(dot3(end, circle.first), dot3(end, circle.second));
+    return circle;
+}
+
+ArcShape arc_shape(const Place& from, const Place& via, const Place& to) noexcept {
+    ArcShape shape;
+    const auto circle = circle_through(from, via, to);
+    if (!circle) {
+        const Place chord = linear(minus(to, from));
+        const double length = length3(chord);
+        shape.leaves = shape.arrives = length > 0.0 ? times(1.0 / length, chord) : Place{};
+        return shape;
+    }
+    const double per_radius = 1.0 / circle->radius;
+    shape.leaves = times(per_radius, circle->second);
+    const Place end = minus(linear(to), circle->centre);
+    const Place normal = cross(shape.leaves, times(-per_radius, circle->first));
+    shape.arrives = times(per_radius, cross(normal, end));
+    // Along axis k the circle is centre + first cos + second sin: greatest in the direction (first, second), least
+    // opposite.
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double c = circle->first[k];
+        const double s = circle->second[k];
+        const double most = square_root(c * c + s * s);
+        if (!(most > 0.0)) {
+            continue;
+        }
+        for (const double sign : {1.0, -1.0}) {
+            if (angle_of(sign * c, sign * s) < circle->turn) {
+                const double scale = sign / most;
+                Place place = along(along(circle->centre, scale * c, circle->first), scale * s, circle->second);
+                place[3] = from[3];
+                shape.turns[shape.turn_count] = place;
+                ++shape.turn_count;
+            }
+        }
+    }
+    return shape;
+}
+
 Arc::Kind Arc::begin(const Place& from, const Place& via, const Place& to, double sagitta, double merge) noexcept {
     left_ = made_ = 0;
     const Place u = linear(minus(via, from));
@@ -37,14 +94,11 @@ Arc::Kind Arc::begin(const Place& from, const Place& via, const Place& to, doubl
             return Kind::line;
         }
     }
-    const Place normal = cross(u, w);
-    const double nn = dot3(normal, normal);
-    // Three places on a line, but for rounding, and the middle one not between.
-    if (!(nn > 1e-20 * uu * ww)) {
-        return Kind::no_plane;
+    const auto circle = circle_through(from, via, to);
+    if (!circle) {
+        return Kind::no_plane;  // and the middle one not between
     }
-    const Place to_centre = times(0.5 / nn, cross(minus(times(uu, w), times(ww, u)), normal));
-    const double radius = length3(to_centre);
+    const double radius = circle->radius;
     if (!(radius <= kWidestArc)) {
         return Kind::too_wide;
     }
@@ -52,11 +106,10 @@ Arc::Kind Arc::begin(const Place& from, const Place& via, const Place& to, doubl
         left_ = 1;
         return Kind::line;
     }
-    centre_ = plus(linear(from), to_centre);
-    first_ = times(-1.0, to_centre);
-    second_ = times(1.0 / square_root(nn), cross(normal, first_));
-    const Place end = minus(linear(to), centre_);
-    const double whole = angle_of(dot3(end, first_), dot3(end, second_));
+    centre_ = circle->centre;
+    first_ = circle->first;
+    second_ = circle->second;
+    const double whole = circle->turn;
     // Sagitta R (1 − cos(x/2)), at most R x²/8.
     const double longest = smaller(kMostTurn, square_root(8.0 * sagitta / radius));
     double parts = 1.0;

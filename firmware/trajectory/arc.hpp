@@ -1,12 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
 #include "firmware/trajectory/spec.hpp"
 
 namespace sc::trajectory {
+
+/// The circle through three places, as seen in x, y and z. Lengths in m.
+struct Circle {
+    Place centre{};
+    Place first{};   ///< radius to the first place
+    Place second{};  ///< the same a quarter turn on, towards the second place
+    double radius = 0.0;
+    double turn = 0.0;  ///< rad from the first place to the third
+};
+/// Nothing if they are on a line but for rounding. Cost: some 300 instructions.
+[[nodiscard]] std::optional<Circle> circle_through(const Place& from, const Place& via, const Place& to) noexcept;
+
+/// Directions of an arc at its ends, and the places where an axis turns back between them.
+struct ArcShape {
+    Place leaves{};  ///< of length 1
+    Place arrives{};
+    std::array<Place, 6> turns{};
+    std::uint32_t turn_count = 0;
+};
+/// Of the arc from `from` through `via` to `to`; of a line if these are on one. Cost: some 1 000 instructions.
+[[nodiscard]] ArcShape arc_shape(const Place& from, const Place& via, const Place& to) noexcept;
 
 /// A circular arc over x, y and z as points on it, made one by one; C turns evenly. The chords between them stay within
 /// kArcShare of the tolerance of the true arc, and the curve within the rest of it of the chords.

@@ -20,6 +20,7 @@ constexpr double kWait =
 constexpr double kThin = 2e-5;        ///< of b: the set about a rate that is to be met
 constexpr double kLeastGuess = 1e-9;  ///< of the greatest b
 constexpr std::uint32_t kTries = 4;
+constexpr std::uint32_t kLiftTries = 6;
 
 /// (1 − x²)^(4/3): about how b falls over the way of a stop.
 double stop_shape(double x) noexcept {
@@ -27,8 +28,8 @@ double stop_shape(double x) noexcept {
     return y * cube_root(y);
 }
 
-/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`; what comes next to it, up to `beyond`, must
-/// be able to take it up.
+/// Jerk of a ramp to or from rest that covers the whole cell from `a` to `z`; what comes next to it, up to `beyond`,
+/// must be able to take it up.
 double ramp_jerk(const Limits& limits, const Node& a, const Node& z, const Node& beyond) noexcept {
     double jerk = 1e15;
     double acceleration = 1e15;
@@ -115,6 +116,19 @@ void place_node(const Limits& limits, const Piece& piece, double u, double sign,
     }
 }
 
+/// The nominal trajectory keeps the speed of each axis at rate 1 and below.
+void keep_axis_speed(const Limits& limits, Node& node) noexcept {
+    if (!(node.cap > 1.001 * limits.speed * limits.speed)) {
+        return;
+    }
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d = absolute(node.d1[k]);
+        if (limits.velocity[k] > 0.0 && d * square_root(node.cap) > limits.velocity[k]) {
+            node.cap = limits.velocity[k] * limits.velocity[k] / (d * d);
+        }
+    }
+}
+
 }  // namespace
 
 std::uint32_t Retimer::units(std::uint32_t pieces) noexcept {
@@ -126,6 +140,7 @@ std::uint32_t Retimer::units(std::uint32_t pieces) noexcept {
 void Retimer::begin(const RateChange& change) noexcept {
     change_ = change;
     sign_ = change.until < change.from.u ? -1.0 : 1.0;
+    fastest_ = 0.0;
     longest_ = absolute(change.until - change.from.u) * (1.0 / kCells);
     piece_ = change.piece;
     count_ = 0;
@@ -162,7 +177,9 @@ void Retimer::build(const Limits& limits, const Ring<Piece>& nominal) noexcept {
     const Piece& piece = nominal[piece_];
     Node& now = nodes_[count_];
     const double fastest = larger(change_.from.b, change_.rate * change_.rate * limits.speed * limits.speed);
-    const double most = change_.from.c > 0.0 ? larger(fastest, limits.speed * limits.speed) : fastest;
+    const bool rises = change_.lifted || change_.from.c > 0.0;
+    const double most = rises ? larger(fastest, change_.most * change_.most * limits.speed * limits.speed) : fastest;
+    fastest_ = larger(limits.speed, square_root(most));
     const auto reset = [&](Node& n, double s) noexcept {
         n.s = s;
         n.h = 0.0;
@@ -177,6 +194,7 @@ void Retimer::build(const Limits& limits, const Ring<Piece>& nominal) noexcept {
         rates_[0].u = u;
         reset(now, 0.0);
         place_node(limits, piece, u, sign_, now);
+        keep_axis_speed(limits, now);
         ++count_;
     } else {
         u = rates_[count_ - 1].u;
@@ -213,6 +231,7 @@ void Retimer::build(const Limits& limits, const Ring<Piece>& nominal) noexcept {
     rates_[count_].u = next_u;
     reset(to, from.s + limits.speed * sign_ * (next_u - u));
     place_node(limits, piece, next_u, sign_, to);
+    keep_axis_speed(limits, to);
     to.item = piece.item;
     source_[count_ - 1] = piece_;
     from.h = to.s - from.s;
@@ -269,7 +288,8 @@ void Retimer::guess(const Limits& limits) noexcept {
         begin_jerk_ = begin_share_ * ramp_jerk(limits, nodes_[0], nodes_[1], nodes_[count_ > 2 ? 2 : 1]);
     }
     if (target_ + 1 < count_) {
-        end_jerk_ = end_share_ * ramp_jerk(limits, nodes_[target_], nodes_[target_ + 1], nodes_[target_ > 0 ? target_ - 1 : 0]);
+        end_jerk_ =
+            end_share_ * ramp_jerk(limits, nodes_[target_], nodes_[target_ + 1], nodes_[target_ > 0 ? target_ - 1 : 0]);
     }
     if (tries_ > 0) {
         return;
@@ -291,6 +311,8 @@ void Retimer::guess(const Limits& limits) noexcept {
             b = b0 * stop_shape(larger(x - kWait, 0.0) * (1.0 / (1.0 - kWait)));
         } else if (first_ > 0) {
             b = b1 * stop_shape(larger(1.0 - x - kWait, 0.0) * (1.0 / (1.0 - kWait)));
+        } else if (change_.lifted) {
+            b = larger(b0, b1);
         } else if (change_.end == RateChange::End::free) {
             b = larger(b0, b1);
         }
@@ -336,6 +358,7 @@ void Retimer::backward(const Limits& limits) noexcept {
     }
     // To run on at an even rate is always possible where the next node allows it. Dropped vertices must not hide that.
     if (cursor_ != target_ && change_.from.c == 0.0 && change_.from.b > 0.0 &&
+        change_.from.b < (1.0 + 1e-6) * limits.speed * limits.speed &&
         holds(nodes_[cursor_ + 1].set, change_.from.b, 0.0)) {
         include(n.set, change_.from.b, 0.0);
     }
@@ -393,7 +416,7 @@ void Retimer::check(const Limits& limits, const Ring<Piece>& nominal) noexcept {
     Node& from = nodes_[cursor_];
     Node& to = nodes_[cursor_ + 1];
     const CellMotion motion = cell_motion(from, to, from.trial_b, from.trial_c, to.trial_b, to.trial_c);
-    const Excess found = excess(limits, motion);
+    const Excess found = excess(limits, fastest_, motion);
     const double worst = larger(found.jerk, found.acceleration);
     if (worst > kMost || found.speed > kMost) {
         good_ = false;
@@ -402,17 +425,24 @@ void Retimer::check(const Limits& limits, const Ring<Piece>& nominal) noexcept {
         } else if (cursor_ == target_) {
             end_share_ *= larger(0.4, 0.99 / worst);
         } else {
-            from.share *= found.jerk > kMost ? larger(0.5, 0.995 / found.jerk) : 1.0;
+            // A lifted stretch need not be the fastest.
+            const double aim = change_.lifted ? 0.95 : 0.995;
+            from.share *= found.jerk > kMost ? larger(0.5, aim / found.jerk) : 1.0;
             const double room = found.acceleration > kMost ? larger(0.5, 0.997 / found.acceleration) : 1.0;
             from.room *= room;
             to.room *= room;
+            if (found.speed > kMost) {
+                const double slower = 0.995 / (found.speed * found.speed);
+                from.cap = larger(from.cap * slower, limits.speed * limits.speed);
+                to.cap = larger(to.cap * slower, limits.speed * limits.speed);
+            }
         }
     }
     // The nominal path itself, where the motion is half-way through the cell.
-    const Piece& piece = nominal[source_[cursor_]];
     const double half = 0.5 * motion.duration;
     const Quintic s = hermite({0.0, square_root(from.trial_b), 0.5 * from.trial_c},
                               {from.h, square_root(to.trial_b), 0.5 * to.trial_c}, motion.duration);
+    const Piece& piece = nominal[source_[cursor_]];
     const double dt = rates_[cursor_].u + sign_ * value(s, half) / limits.speed - piece.start;
     Place off{};
     Place tangent{};
@@ -446,7 +476,7 @@ void Retimer::check(const Limits& limits, const Ring<Piece>& nominal) noexcept {
 void Retimer::again(const Limits& limits) noexcept {
     ++tries_;
     const bool sound = state_ == State::check;
-    if (!sound || tries_ == kTries) {
+    if (!sound || tries_ == (change_.lifted ? kLiftTries : kTries)) {
         state_ = State::failed;
         return;
     }

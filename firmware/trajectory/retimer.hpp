@@ -29,12 +29,15 @@ struct RateChange {
     double until = 0.0;       ///< nominal time; less than from.u runs backward, and then from rest
     std::uint32_t piece = 0;  ///< number of the nominal piece in which it begins, seen in the direction of running
     End end = End::rest;
-    double rate = 1.0;  ///< 0 < rate ≤ 1: the greatest, and that of End::rate
+    double rate = 1.0;  ///< 0 < rate ≤ 1: that of End::rate, and the greatest, but for `most`
+    double most = 1.0;  ///< the greatest that a rise that is under way may come to, and all of a lifted stretch
+    bool lifted = false;
 };
 
 /// Re-times a stretch of nominal trajectory: p(u(t)) with every axis within its speed, acceleration and jerk, from rest
-/// or from any rate up to 1, on the same path. Nominal time takes the part that path length has elsewhere (timing.hpp):
-/// q(u) is the curve, du/dt its speed; running at rate 1 is always one solution, whatever the trajectory.
+/// or from any rate, on the same path. Nominal time takes the part that path length has elsewhere (timing.hpp):
+/// q(u) is the curve, du/dt its speed; running at rate 1 is always one solution, whatever the trajectory. A lifted
+/// stretch runs faster where the limits leave room: up to `most` times the nominal speed.
 ///
 /// One attempt at one stretch; whether it is possible at all in so short a stretch is seen on the way. What is written
 /// was checked on the polynomials that are written. No heap, no clock; plan context.
@@ -79,6 +82,7 @@ private:
     State state_ = State::idle;
     double sign_ = 1.0;
     double longest_ = 0.0;      ///< cell, in nominal time
+    double fastest_ = 0.0;      ///< along the path, m/s
     std::uint32_t piece_ = 0;   ///< that the next node is made from
     std::uint32_t count_ = 0;   ///< nodes
     std::uint32_t first_ = 0;   ///< node that the plan begins at: behind the ramp from rest

@@ -86,7 +86,7 @@ double off_curve(const Node& from, const CellMotion& motion, double b0, double c
     return square_root(worst);
 }
 
-Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
+Excess excess(const Limits& limits, double speed, const CellMotion& motion) noexcept {
     Excess found;
     double fastest = 0.0;
     // Speed and its rate in a few places; a peak between two of them is taken to be where their tangents meet.
@@ -105,7 +105,7 @@ Excess excess(const Limits& limits, const CellMotion& motion) noexcept {
             ++count;
         }
     }
-    const double per_speed = 1.0 / limits.speed;
+    const double per_speed = 1.0 / speed;
     std::array<Motion, kAxisCount + 1> last{};
     for (int i = 0; i <= kParts; ++i) {
         const double t = part * i;

@@ -53,7 +53,8 @@ struct Excess {
     double acceleration = 0.0;
     double jerk = 0.0;
 };
-[[nodiscard]] Excess excess(const Limits& limits, const CellMotion& motion) noexcept;
+/// `speed` is that allowed along the path, m/s.
+[[nodiscard]] Excess excess(const Limits& limits, double speed, const CellMotion& motion) noexcept;
 
 /// Puts pieces end to end: joins the ramp that ends at a corner with the one that begins there, and keeps time and
 /// true distance.

@@ -318,7 +318,7 @@ void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
 void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
                          double c1, double& share, double& room0, double& room1) noexcept {
     const CellMotion motion = cell_motion(from, to, b0, c0, b1, c1);
-    const Excess e = excess(limits, motion);
+    const Excess e = excess(limits, limits.speed, motion);
     if (!(off_curve(from, motion, b0, c0, b1, c1) <= kOffCurve * limits.tolerance)) {
         good_ = false;
         crooked_ = strayed_ = true;

@@ -106,6 +106,10 @@ constexpr std::array kRows{
         "look at the named axis and node: an outlier of the measurement, or a take-up of backlash that is too quick"),
     row(Refusal::map_incomplete, "map_incomplete", "pieces of an axis map are missing, or its checksum is wrong",
         "send the map again from its beginning"),
+    row(Refusal::bad_arc, "bad_arc",
+        "an arc begins a path, has no circle through its three places, a radius above 100 m, or no tolerance to be run "
+        "within",
+        "begin with a point; give three distinct places and a tolerance of 0.1 µm or more; or send points"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),

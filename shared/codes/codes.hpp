@@ -67,6 +67,7 @@ enum class Refusal : std::uint16_t {
     bad_map = 128,
     map_too_steep = 129,
     map_incomplete = 130,
+    bad_arc = 131,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -75,7 +75,7 @@ public:
         if (motion_->complete() && time_ > motion_->end_time()) {
             return false;
         }
-        if (!motion_->stopped()) {
+        if (time_ >= motion_->rearm_time() && time_ < motion_->stop_time()) {
             fired_ = std::max(fired_, samples_.back().distance);
         }
         motion_->forget_before(time_ - 0.01, fired_);
@@ -341,6 +341,48 @@ TEST(PathMotion, KeepsLimitsAndPathThroughHoldsOverridesAndDroughts) {
     EXPECT_GT(droughts, SC_RANDOM_RUNS / 20);
     EXPECT_GT(overrides, SC_RANDOM_RUNS / 2);
     EXPECT_LE(late, SC_RANDOM_RUNS / 500);
+}
+
+TEST(PathMotion, OverrideAboveAHundredIsReachedOnThePathWhereTheLimitsLeaveRoom) {
+    // Far below what the axes can do: a straight line, and a circle as dense points.
+    std::vector<std::vector<Place>> paths{{{0.0, 0.0, 0.0, 0.0}, {0.4, 0.0, 0.0, 0.0}}, {}};
+    for (int i = 0; i <= 3000; ++i) {
+        const double a = 0.002 * i;
+        paths[1].push_back({0.06 * std::cos(a), 0.0, 0.06 * std::sin(a), 0.0});
+    }
+    for (const auto& points : paths) {
+        const trajectory::Spec spec = spec_of(0.06, 1e-5);
+        Runner even(spec, points);
+        ASSERT_TRUE(even.run());
+        const Reference reference(even.samples());
+        Runner runner(spec, points);
+        double fastest = 0.0;
+        double last = 0.0;
+        double raised = 0.0;
+        bool going = true;
+        while (going && runner.time() < 20.0) {
+            going = runner.tick();
+            // Up, and down again before the end.
+            runner.motion().set_override(runner.time() > 0.8 && runner.time() < 2.8 ? 2.0 : 1.0);
+            const double way = runner.samples().empty() ? 0.0 : runner.samples().back().distance;
+            if (runner.time() > 1.2 && runner.time() < 2.8) {
+                raised += way - last;
+            }
+            fastest = std::max(fastest, (way - last) / kTick);
+            last = way;
+        }
+        EXPECT_LE(fastest, 0.12 * 1.005);
+        EXPECT_LT(runner.time(), even.time());
+        if (&points == &paths[0]) {
+            EXPECT_GE(fastest, 0.12 * 0.99);
+            EXPECT_GE(raised / 1.6, 0.12 * 0.98) << "it stays there";
+            EXPECT_LT(runner.time(), even.time() - 1.8);
+        }
+        EXPECT_LE(worst_share(runner.samples(), spec.limits).share, kMostShare);
+        for (const Sample& s : runner.samples()) {
+            ASSERT_LE(reference.off(s), kOffPath);
+        }
+    }
 }
 
 TEST(PathMotion, ComesToRestWhenPointsStopArrivingAndGoesOnWhenTheyCome) {

@@ -489,6 +489,16 @@ TEST(Controller, RefusesBadItemsByNumberAndStopsInGoodOrder) {
         {[](auto& items) { std::get<PathBegin>(items[1]).pitch_nm = 10; }, Refusal::bad_pitch, 1},
         {[](auto& items) { std::get<PathBegin>(items[1]).energy_nj = 9'000'000; }, Refusal::bad_energy, 1},
         {[](auto& items) { items[3] = items[2]; }, Refusal::path_too_short, 4},
+        {[](auto& items) { items[2] = PathArc{{}, std::get<PathPoint>(items[2])}; }, Refusal::bad_arc, 2},
+        {[](auto& items) { items[3] = PathArc{std::get<PathPoint>(items[3]), std::get<PathPoint>(items[3])}; },
+         Refusal::bad_arc, 3},
+        // Both ends and the place between lie in the field; the arc leaves it, 62 mm up.
+        {[](auto& items) {
+             const auto from = std::get<PathPoint>(items[2]);
+             std::get<PathBegin>(items[1]).tolerance_nm = 5'000;
+             items[3] = PathArc{{from.x - 3'000'000, from.y, from.z + 3'000'000}, {from.x + 200'000, from.y, from.z}};
+         },
+         Refusal::galvo_out_of_field, 3},
         {[](auto& items) { items.insert(items.begin() + 1, PathEnd{}); }, Refusal::item_out_of_order, 1},
         {[](auto& items) { items.insert(items.begin() + 3, Turn{100'000}); }, Refusal::c_motion_in_path, 3},
     };

@@ -2,6 +2,7 @@
 // Arcs judged against the true circle: deviation, limits and time on 1 kHz samples.
 #include "firmware/trajectory/arc.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -302,6 +303,66 @@ TEST(ArcPath, RefusalsNameThePoint) {
     ASSERT_TRUE(planner.open(spec));
     ASSERT_TRUE(planner.add(a, 0));
     EXPECT_EQ(problem(planner.add_arc({0.005, 0.005, 0.0, 0.0}, b, 1)), Problem::no_arc_here);
+}
+
+TEST(ArcShape, NamesEveryPlaceWhereAnAxisTurnsBackAndTheDirectionsAtTheEnds) {
+    std::mt19937_64 random(11);
+    std::normal_distribution<double> normal;
+    for (int n = 0; n < 300; ++n) {
+        Circle circle;
+        circle.radius = 0.05;
+        for (std::size_t k = 0; k < 3; ++k) {
+            circle.centre[k] = 0.1 * normal(random);
+            circle.a[k] = normal(random);
+            circle.b[k] = normal(random);
+        }
+        const double a = distance(circle.a, {});
+        for (double& x : circle.a) {
+            x /= a;
+        }
+        const double ab = circle.a[0] * circle.b[0] + circle.a[1] * circle.b[1] + circle.a[2] * circle.b[2];
+        for (std::size_t k = 0; k < 3; ++k) {
+            circle.b[k] -= ab * circle.a[k];
+        }
+        const double b = distance(circle.b, {});
+        for (double& x : circle.b) {
+            x /= b;
+        }
+        const double turn = 0.1 + 6.0 * std::abs(std::sin(n));
+        const ArcShape shape = arc_shape(circle.at(0.0), circle.at(0.6 * turn), circle.at(turn));
+        const auto direction = [&](double angle) {
+            Place way{};
+            for (std::size_t k = 0; k < 3; ++k) {
+                way[k] = -std::sin(angle) * circle.a[k] + std::cos(angle) * circle.b[k];
+            }
+            return way;
+        };
+        EXPECT_LT(distance(shape.leaves, direction(0.0)), 1e-9);
+        EXPECT_LT(distance(shape.arrives, direction(turn)), 1e-9);
+        // The box of the ends and the turns is that of the arc.
+        for (std::size_t k = 0; k < 3; ++k) {
+            double least = std::min(circle.at(0.0)[k], circle.at(turn)[k]);
+            double most = std::max(circle.at(0.0)[k], circle.at(turn)[k]);
+            for (std::uint32_t i = 0; i < shape.turn_count; ++i) {
+                EXPECT_LT(circle.off(shape.turns[i]), 1e-12);
+                least = std::min(least, shape.turns[i][k]);
+                most = std::max(most, shape.turns[i][k]);
+            }
+            double true_least = 1e9;
+            double true_most = -1e9;
+            for (int i = 0; i <= 20'000; ++i) {
+                const double p = circle.at(turn * i / 20'000)[k];
+                true_least = std::min(true_least, p);
+                true_most = std::max(true_most, p);
+            }
+            EXPECT_NEAR(least, true_least, 1e-9);
+            EXPECT_NEAR(most, true_most, 1e-9);
+        }
+    }
+    const ArcShape line = arc_shape({}, {0.01, 0.0, 0.0, 0.0}, {0.03, 0.0, 0.0, 0.0});
+    EXPECT_EQ(line.turn_count, 0U);
+    EXPECT_EQ(line.leaves[0], 1.0);
+    EXPECT_EQ(line.arrives[0], 1.0);
 }
 
 TEST(ArcPath, AnArcOfManyMorePointsThanTheMemoryHolds) {

@@ -131,8 +131,8 @@ TEST(Walks, AreHardlyEverCrawledAndPlannedFasterThanTheyAreRun) {
                 EXPECT_LE(shares(asked_limits(), sample(run)).worst(), 1.005);
                 crawled += run.counts.crawled;
                 cells += run.counts.cells;
-                // The controller has some 20 a millisecond.
-                EXPECT_LE(static_cast<double>(run.units), 12.0 * run.seconds * 1e3);
+                // The controller grants 34 a millisecond: half of that may go into re-timing.
+                EXPECT_LE(static_cast<double>(run.units), 17.0 * run.seconds * 1e3);
             }
         }
     }
