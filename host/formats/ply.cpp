@@ -227,7 +227,7 @@ void read_element(Values& values, const Element& element, PlyContent& out) {
             }
             if (property.count) {
                 const double count = values.next(*property.count, element.name);
-                for (double k = 0.0; k < count; k += 1.0) {
+                for (std::uint64_t k = 0; static_cast<double>(k) < count; ++k) {
                     static_cast<void>(values.next(property.kind, element.name));
                 }
                 continue;
