@@ -115,7 +115,7 @@ void add_worst(FaceAllowance& face, std::vector<std::pair<double, Vec3>>& least)
     std::ranges::sort(least, [](const auto& a, const auto& b) { return a.first < b.first; });
     for (const auto& [allowance, place] : least) {
         const bool near = std::ranges::any_of(
-            face.worst, [&place = place](const WorstPlace& other) { return norm(other.place - place) < kApart; });
+            face.worst, [&at = place](const WorstPlace& other) { return norm(other.place - at) < kApart; });
         if (!near && face.worst.size() < 3) {
             face.worst.push_back({place, allowance});
         }
