@@ -175,6 +175,7 @@ private:
     [[nodiscard]] double wanted_lift() const noexcept;
     [[nodiscard]] double nominal_end() const noexcept;
     [[nodiscard]] double nominal_at(double t) const noexcept;
+    [[nodiscard]] std::uint32_t leg_at(double t, std::uint32_t i) const noexcept;
     [[nodiscard]] double nominal_now() const noexcept;
     [[nodiscard]] std::uint32_t piece_at(double u) const noexcept;
     [[nodiscard]] double time_at_distance(double distance) const noexcept;

@@ -11,8 +11,8 @@ constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the
 
 }  // namespace
 
-Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
-    std::uint32_t i = cursor.leg;
+/// Number of the leg at path time t, sought from `i` on.
+std::uint32_t PathMotion::leg_at(double t, std::uint32_t i) const noexcept {
     if (static_cast<std::int32_t>(i - leg_first_) < 0 || static_cast<std::int32_t>(leg_end_ - i) <= 0) {
         i = leg_end_ - 1;
     }
@@ -22,6 +22,11 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     while (i + 1 != leg_end_ && t >= leg(i).end) {
         ++i;
     }
+    return i;
+}
+
+Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
+    const std::uint32_t i = leg_at(t, cursor.leg);
     cursor.leg = i;
     const Leg& now = leg(i);
     const bool nominal = now.nominal;

@@ -52,10 +52,9 @@ void MapSolver::solve_with(double noise) {
     Eigen::VectorXd right = prior_value_;
     const double weight = 1.0 / (noise * noise);
     for (std::size_t i = 0; i < value_.size(); ++i) {
-        normal.selfadjointView<Eigen::Lower>().rankUpdate(row_[i], weight);
+        normal.noalias() += (weight * row_[i]) * row_[i].transpose();
         right += row_[i] * (weight * value_[i]);
     }
-    normal.triangularView<Eigen::StrictlyUpper>() = normal.transpose();
     factor_.compute(normal);
     solution_ = factor_.solve(right);
 }

@@ -28,7 +28,10 @@ Bounds motion_of(const AxisConfig& axis, double reach) noexcept {
 Bounds table_bounds(std::span<const std::int32_t> coefficients, double spacing, double grid, bool periodic) noexcept {
     Bounds bounds;
     const std::size_t n = coefficients.size();
-    const auto at = [&](std::size_t k) noexcept { return static_cast<double>(coefficients[k % n]); };
+    if (n < bounds.d.size()) {
+        return bounds;  // refused before, by its form
+    }
+    const auto at = [&](std::size_t k) noexcept { return static_cast<double>(coefficients[k < n ? k : k - n]); };
     double scale = grid;
     for (std::size_t order = 0; order < 4; ++order) {
         const std::size_t count = periodic ? n : n - order;
@@ -141,6 +144,23 @@ Bounds take_up_bounds(double width, double time) noexcept {
     return {{0.5 * width, 2.0 * width / time, 8.0 * width / (time * time), 32.0 * width / (time * time * time)}, {}};
 }
 
+/// What an axis is asked for in all, against its limits.
+MapFinding judge(const Sum& sum, const AxisConfig& axis, bool turns) noexcept {
+    if (!(sum[0] <= (turns ? kMapLargestAngle : kMapLargestShift))) {
+        return sum.blame(Refusal::bad_map, 0);
+    }
+    if (!(sum[1] <= kMapSpeedShare * axis.speed)) {
+        return sum.blame(Refusal::map_too_steep, 1);
+    }
+    if (!(sum[2] <= kMapAccelerationShare * axis.acceleration)) {
+        return sum.blame(Refusal::map_too_steep, 2);
+    }
+    if (!(sum[3] <= kMapJerkShare * axis.jerk)) {
+        return sum.blame(Refusal::map_too_steep, 3);
+    }
+    return {};
+}
+
 }  // namespace
 
 MapFinding check_map(const MachineConfig& machine, const AxisMap& map, MapCost& cost) noexcept {
@@ -186,22 +206,12 @@ MapFinding check_map(const MachineConfig& machine, const AxisMap& map, MapCost& 
         }
         sum.add(take_up_bounds(static_cast<double>(map.backlash[i]) * (i == kC ? kTurnGrid : kGrid), map.take_up[i]),
                 MapFinding::kBacklash);
-        const AxisConfig& axis = machine.axis[i];
         cost.shift[i] = sum[0];
         cost.speed[i] = sum[1];
         cost.acceleration[i] = sum[2];
         cost.jerk[i] = sum[3];
-        if (!(sum[0] <= (i == kC ? kMapLargestAngle : kMapLargestShift))) {
-            return sum.blame(Refusal::bad_map, 0);
-        }
-        if (!(sum[1] <= kMapSpeedShare * axis.speed)) {
-            return sum.blame(Refusal::map_too_steep, 1);
-        }
-        if (!(sum[2] <= kMapAccelerationShare * axis.acceleration)) {
-            return sum.blame(Refusal::map_too_steep, 2);
-        }
-        if (!(sum[3] <= kMapJerkShare * axis.jerk)) {
-            return sum.blame(Refusal::map_too_steep, 3);
+        if (const MapFinding finding = judge(sum, machine.axis[i], i == kC); finding.refusal != Refusal::none) {
+            return finding;
         }
     }
     return {};

@@ -64,7 +64,7 @@ function(sc_break name)
   set_tests_properties(matrix.break_${name} PROPERTIES LABELS matrix TIMEOUT 120 FIXTURES_REQUIRED matrix_log)
 endfunction()
 
-sc_break(fma SOURCE firmware/trajectory/line.cpp FLAGS -mfma -ffp-contract=fast)
+sc_break(fma SOURCE firmware/motion/axis_geometry.cpp FLAGS -mfma -ffp-contract=fast)
 
 # -ffast-math lets the compiler sum in another order, which is what a vectorised sum is.
 sc_break(vectorised_sum SOURCE firmware/controller/job_runner.cpp FLAGS -O3 -ffast-math)
