@@ -14,12 +14,6 @@ using trajectory::value;
 
 constexpr double kUnlimited = 1e30;
 constexpr std::int64_t kDrainTicks = 3;
-constexpr std::size_t kX = index(Axis::x);
-constexpr std::size_t kY = index(Axis::y);
-constexpr std::size_t kZ = index(Axis::z);
-constexpr std::size_t kC = index(Axis::c);
-
-double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / kWireUnitsPerMetre; }
 
 }  // namespace
 

@@ -103,6 +103,14 @@ public:
     [[nodiscard]] const PathBegin& path() const noexcept { return path_; }
 
 private:
+    static constexpr std::size_t kX = index(Axis::x);
+    static constexpr std::size_t kY = index(Axis::y);
+    static constexpr std::size_t kZ = index(Axis::z);
+    static constexpr std::size_t kC = index(Axis::c);
+
+    [[nodiscard]] static double metres(std::int32_t wire) noexcept {
+        return static_cast<double>(wire) / kWireUnitsPerMetre;
+    }
     void set_retreat() noexcept;
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;

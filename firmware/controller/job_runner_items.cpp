@@ -10,12 +10,6 @@ namespace {
 
 /// Points keep this far from the ends of travel, so that the matrix cannot push a set-point over them.
 constexpr double kTravelMargin = 0.2e-3;
-constexpr std::size_t kX = index(Axis::x);
-constexpr std::size_t kY = index(Axis::y);
-constexpr std::size_t kZ = index(Axis::z);
-constexpr std::size_t kC = index(Axis::c);
-
-double metres(std::int32_t wire) noexcept { return static_cast<double>(wire) / kWireUnitsPerMetre; }
 
 }  // namespace
 

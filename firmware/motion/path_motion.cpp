@@ -378,6 +378,7 @@ double PathMotion::place_change(double span, std::uint32_t most_pieces, RateChan
 
 /// Stop, or another rate, while it moves.
 void PathMotion::begin_moving_task(Task task) noexcept {
+    climb_for(task);
     RateChange change;
     const double span = kSpans[step_] * stop_span_ * (task == Task::stop ? rate_ : 1.0);
     change.until = place_change(span, kTooMany, change);
@@ -415,6 +416,7 @@ void PathMotion::begin_lift() noexcept {
         (!complete_ && nominal_end() - nominal_now() < reserve)) {
         return;
     }
+    climb_for(Task::lift);
     RateChange change;
     change.until = place_change(kLiftSpans[step_] * stop_span_, kMostLifted, change);
     change.until += change.from.u;

@@ -164,6 +164,11 @@ private:
     [[nodiscard]] double place_change(double span, std::uint32_t most_pieces, trajectory::RateChange& change) noexcept;
     void choose_at_rest() noexcept;
     void begin_moving_task(Task task) noexcept;
+    /// The ladder of spans begins anew for another task.
+    void climb_for(Task task) noexcept {
+        step_ = ladder_ == task ? step_ : 0;
+        ladder_ = task;
+    }
     void begin_change(Task task, const trajectory::RateChange& change) noexcept;
     void publish() noexcept;
     void give_up() noexcept;
@@ -230,7 +235,8 @@ private:
     Task task_ = Task::none;
     double task_begin_ = 0.0;  ///< path time at which a change from motion begins
     trajectory::RateChange change_;
-    std::uint32_t step_ = 0;    ///< of the ladder of spans
+    std::uint32_t step_ = 0;    ///< of the ladder of spans …
+    Task ladder_ = Task::none;  ///< … of this task
     std::uint32_t missed_ = 0;  ///< times that a change was not ready in time
     double go_rate_ = 1.0;
     std::uint32_t made_begin_ = 0;

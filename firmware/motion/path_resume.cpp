@@ -59,6 +59,7 @@ void PathMotion::go_on(double begin) noexcept {
 }
 
 void PathMotion::begin_back() noexcept {
+    climb_for(Task::back);
     RateChange change;
     change.from = {.u = rest_u_};
     change.piece = piece_at(rest_u_);
@@ -86,6 +87,7 @@ void PathMotion::begin_back() noexcept {
 }
 
 void PathMotion::begin_go() noexcept {
+    climb_for(Task::go);
     if (step_ == 0 && !(go_rate_ < wanted_rate())) {
         go_rate_ = wanted_rate();
     }

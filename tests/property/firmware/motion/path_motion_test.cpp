@@ -4,6 +4,7 @@
 #include "firmware/motion/path_motion.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <random>
@@ -381,6 +382,37 @@ TEST(PathMotion, OverrideAboveAHundredIsReachedOnThePathWhereTheLimitsLeaveRoom)
         EXPECT_LE(worst_share(runner.samples(), spec.limits).share, kMostShare);
         for (const Sample& s : runner.samples()) {
             ASSERT_LE(reference.off(s), kOffPath);
+        }
+    }
+}
+
+TEST(PathMotion, OverrideThatChangesBeforeTheLastChangeIsPlannedKeepsLimitsAndPath) {
+    std::mt19937_64 random(7);
+    for (int trial = 0; trial < SC_RANDOM_RUNS / 10; ++trial) {
+        const auto points = random_path(random, 300);
+        const trajectory::Spec spec = spec_of(trial % 2 == 0 ? 0.06 : 0.2, trial % 5 == 0 ? 0.0 : 1e-5);
+        Runner even(spec, points);
+        ASSERT_TRUE(even.run());
+        const Reference reference(even.samples());
+        Runner runner(spec, points);
+        bool going = true;
+        std::uint64_t wait = 0;
+        for (int n = 0; n < 400'000 && going; ++n) {
+            going = runner.tick();
+            if (wait == 0) {
+                wait = 1 + random() % 40;
+                constexpr std::array<double, 4> kShares{0.3, 1.0, 1.5, 2.0};
+                runner.motion().set_override(kShares[random() % kShares.size()]);
+            }
+            --wait;
+            if (runner.resting() && runner.motion().can_continue()) {
+                runner.motion().request_resume(runner.next_pulse());
+            }
+        }
+        ASSERT_FALSE(going) << "trial " << trial << ": never done, " << runner.story();
+        ASSERT_LE(worst_share(runner.samples(), spec.limits).share, kMostShare) << "trial " << trial;
+        for (const Sample& s : runner.samples()) {
+            ASSERT_LE(reference.off(s), kOffPath) << "trial " << trial;
         }
     }
 }
