@@ -18,6 +18,7 @@
 #include "host/cli/inspect_lines.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/run_folder.hpp"
+#include "host/cli/scribe_output.hpp"
 #include "host/cli/scribe_run.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/calibration_set.hpp"
@@ -41,12 +42,14 @@ constexpr const char* kExamples = R"(Examples:
 
 Exit codes: 0 burnt; 1 the cell or the job failed; 2 bad input.)";
 
-constexpr double kViewSeconds = 25.0;   ///< of a sensor and its robot, a view: modelled, not measured
-constexpr double kTableY = -0.3300281;  ///< metres: the table stands nearer than for the example's large casting
+constexpr double kViewSeconds = 25.0;       ///< of a sensor and its robot, a view: modelled, not measured
+constexpr std::int64_t kDark = 20'000'000;  ///< ns without a pulse between two stretches
+constexpr double kTableY = -0.3300281;      ///< metres: the table stands nearer than for the example's large casting
 
 struct Words {
     std::uint64_t seed = 1;
     std::optional<std::string> out;
+    std::string board = "sim";
     bool json = false;
 };
 
@@ -106,6 +109,26 @@ struct Burnt {
         return off.empty() ? 0.0 : off[static_cast<std::size_t>(std::lround(part * last))];
     }
 };
+/// Distances of pulses that were burnt in one go: all from the one plane that most of them lie on.
+void add_stretch(std::span<const Vec3> stretch, std::span<const DatumLine> lines, std::vector<double>& off) {
+    std::vector<double> best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const DatumLine& line : lines) {
+        std::vector<double> here;
+        for (const Vec3& place : stretch) {
+            here.push_back(std::abs(line.plane.height(place)));
+        }
+        std::vector<double> order = here;
+        const auto middle = order.begin() + static_cast<std::ptrdiff_t>(order.size() / 2);
+        std::ranges::nth_element(order, middle);
+        if (middle != order.end() && *middle < least) {
+            least = *middle;
+            best = std::move(here);
+        }
+    }
+    off.insert(off.end(), best.begin(), best.end());
+}
+
 Burnt measure(const std::filesystem::path& folder, const std::filesystem::path& run, const Inspection& inspection) {
     const auto truth = nlohmann::json::parse(read_text_file(folder / "truth.json")).at("t_from_w");
     Rigid<frame::T, frame::W> t_from_w;
@@ -121,6 +144,8 @@ Burnt measure(const std::filesystem::path& folder, const std::filesystem::path& 
         inspection.borrowing ? inspection.borrowing->motion : Rigid<frame::W, frame::W>{};
     const auto w_from_t = motion * t_from_w.inverse();
     Burnt out;
+    std::vector<Vec3> stretch;
+    std::int64_t last = 0;
     for (const trace::PulseRecord& pulse : read_pulse_trace(run / "pulses.trace").pulses) {
         if (pulse.hit == 0) {
             ++out.missed;
@@ -128,13 +153,14 @@ Burnt measure(const std::filesystem::path& folder, const std::filesystem::path& 
         }
         const Vec3 table{1e-12 * static_cast<double>(pulse.table_pm[0]), 1e-12 * static_cast<double>(pulse.table_pm[1]),
                          1e-12 * static_cast<double>(pulse.table_pm[2])};
-        const Vec3 place = w_from_t.rotation * table + w_from_t.translation;
-        double least = std::numeric_limits<double>::infinity();
-        for (const DatumLine& line : inspection.lines) {
-            least = std::min(least, std::abs(line.plane.height(place)));
+        if (pulse.t_ns - last > kDark) {
+            add_stretch(stretch, inspection.lines, out.off);
+            stretch.clear();
         }
-        out.off.push_back(least);
+        last = pulse.t_ns;
+        stretch.push_back(w_from_t.rotation * table + w_from_t.translation);
     }
+    add_stretch(stretch, inspection.lines, out.off);
     std::ranges::sort(out.off);
     return out;
 }
@@ -162,6 +188,8 @@ void print(const Words& words, const Inspection& inspection, const LineJob& line
                                          {"burnt_95_um", 1e6 * found.share(0.95)},
                                          {"burnt_max_um", 1e6 * found.share(1.0)},
                                          {"limit_violations", burnt.report->samples.limit_violations},
+                                         {"board", words.board},
+                                         {"command_trace_sha256", burnt.report->run.command_trace_sha256},
                                          {"scan_s_modelled", scan},
                                          {"inspect_s", stages.inspect},
                                          {"burn_s", stages.burn}};
@@ -177,6 +205,7 @@ void print(const Words& words, const Inspection& inspection, const LineJob& line
         "%zu pulses; distance from the true datum plane: half within %.1f um, 95 %% within %.1f um, all within "
         "%.1f um; %zu met nothing\n",
         found.off.size(), 1e6 * found.share(0.5), 1e6 * found.share(0.95), 1e6 * found.share(1.0), found.missed);
+    std::fputs(board_text(burnt).c_str(), stdout);
     std::printf("\n%-34s %10s %12s\n", "stage", "here", "the paper");
     std::printf("%-34s %8.1f s %10s\n", "scan (modelled, 25 s a view)", scan, "10 min");
     std::printf("%-34s %8.1f s %10s\n", "inspection, borrowing, lines", stages.inspect, "3 min");
@@ -221,6 +250,7 @@ int run(const Words& words) {
     options.link_options.world = folder.path() / "world.toml";
     options.link_options.out = folder.path() / "run";
     options.link_options.seed = words.seed;
+    options.link_options.board = words.board;
     const ScribeOutcome burnt = run_scribe(options);
     if (burnt.failure) {
         print_failure(*burnt.failure);
@@ -241,6 +271,9 @@ void add_casting(CLI::App& app, int& exit_code) {
     sub->add_option("--seed", words->seed, "of the casting's pose and of all noise")->capture_default_str();
     sub->add_option("--out", words->out, "folder for everything that is made (default: nothing is kept)")
         ->type_name("DIR");
+    sub->add_option("--board", words->board, "where the controller runs")
+        ->check(CLI::IsMember({"sim", "m7"}))
+        ->capture_default_str();
     sub->add_flag("--json", words->json, "one JSON object");
     sub->callback([words, &exit_code] { exit_code = guarded(words->json, [&words] { return run(*words); }); });
 }

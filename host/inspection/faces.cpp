@@ -59,7 +59,9 @@ public:
         }
         by_area_.resize(n);
         std::iota(by_area_.begin(), by_area_.end(), 0U);
-        std::ranges::stable_sort(by_area_, [this](std::uint32_t a, std::uint32_t b) { return area_[a] > area_[b]; });
+        std::ranges::sort(by_area_, [this](std::uint32_t a, std::uint32_t b) {
+            return area_[a] != area_[b] ? area_[a] > area_[b] : a < b;
+        });
     }
 
     FaceMap run() {

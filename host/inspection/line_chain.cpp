@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "host/inspection/neighbours.hpp"
 
@@ -58,7 +59,11 @@ public:
             thin(run);
             out.length += run.length;
         }
-        std::ranges::stable_sort(out.runs, [](const LineRun& a, const LineRun& b) { return a.length > b.length; });
+        std::ranges::sort(out.runs, [](const LineRun& a, const LineRun& b) {
+            const Vec3& p = a.places.front().place;
+            const Vec3& q = b.places.front().place;
+            return a.length != b.length ? a.length > b.length : std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+        });
     }
 
 private:

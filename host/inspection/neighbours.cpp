@@ -2,6 +2,8 @@
 #include "host/inspection/neighbours.hpp"
 
 #include <algorithm>
+#include <utility>
+#include <vector>
 
 #include "host/inspection/alignment.hpp"
 #include "host/inspection/parallel.hpp"
@@ -20,13 +22,14 @@ Neighbours::Neighbours(std::span<const Vec3> places, double reach)
         std::sort(cells_.begin() + static_cast<std::ptrdiff_t>(begin),
                   cells_.begin() + static_cast<std::ptrdiff_t>(end));
     });
+    std::vector<std::pair<std::uint64_t, std::uint32_t>> merged(stretch < cells_.size() ? cells_.size() : 0);
     for (std::size_t width = stretch; width < places.size(); width *= 2) {
         parallel_pieces(places.size(), 2 * width, thread_count(0), [&](std::size_t begin, std::size_t end, unsigned) {
-            if (begin + width < end) {
-                const auto at = [&](std::size_t i) { return cells_.begin() + static_cast<std::ptrdiff_t>(i); };
-                std::inplace_merge(at(begin), at(begin + width), at(end));
-            }
+            const auto at = [&](std::size_t i) { return cells_.begin() + static_cast<std::ptrdiff_t>(i); };
+            const auto middle = at(std::min(begin + width, end));
+            std::merge(at(begin), middle, middle, at(end), merged.begin() + static_cast<std::ptrdiff_t>(begin));
         });
+        cells_.swap(merged);
     }
 }
 

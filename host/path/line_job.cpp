@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <string_view>
+#include <tuple>
 
 namespace sc::host {
 
@@ -24,12 +26,15 @@ LineJob line_job(std::span<const LineToBurn> lines, const BeamReach& reach, cons
     const auto rank = [&](double face) {
         return std::ranges::find(reach.options().faces, face) - reach.options().faces.begin();
     };
-    std::ranges::stable_sort(out.burnt, [&](const BurntPiece& a, const BurntPiece& b) {
-        return a.piece.face_deg != b.piece.face_deg ? rank(a.piece.face_deg) < rank(b.piece.face_deg)
-                                                    : a.piece.length > b.piece.length;
+    std::ranges::sort(out.burnt, [&](const BurntPiece& a, const BurntPiece& b) {
+        return std::tuple(rank(a.piece.face_deg), -a.piece.length, std::string_view(a.name)) <
+               std::tuple(rank(b.piece.face_deg), -b.piece.length, std::string_view(b.name));
     });
-    std::ranges::stable_sort(out.missed,
-                             [](const NotBurnt& a, const NotBurnt& b) { return a.piece.length > b.piece.length; });
+    std::ranges::sort(out.missed, [](const NotBurnt& a, const NotBurnt& b) {
+        const Vec3& p = a.piece.from;
+        const Vec3& q = b.piece.from;
+        return std::tuple(-a.piece.length, p.x, p.y, p.z) < std::tuple(-b.piece.length, q.x, q.y, q.z);
+    });
     for (const BurntPiece& burnt : out.burnt) {
         JobPath path;
         path.name = burnt.name;
