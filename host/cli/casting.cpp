@@ -4,8 +4,10 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <ranges>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -44,6 +46,7 @@ Exit codes: 0 burnt; 1 the cell or the job failed; 2 bad input.)";
 
 constexpr double kViewSeconds = 25.0;       ///< of a sensor and its robot, a view: modelled, not measured
 constexpr std::int64_t kDark = 20'000'000;  ///< ns without a pulse between two stretches
+constexpr std::ptrdiff_t kWorst = 5;        ///< stretches named in the JSON
 constexpr double kTableY = -0.3300281;      ///< metres: the table stands nearer than for the example's large casting
 
 struct Words {
@@ -104,14 +107,21 @@ std::vector<std::string> scanner_words(const std::filesystem::path& root, const 
 struct Burnt {
     std::vector<double> off;
     std::size_t missed = 0;
+    struct Worst {
+        double off = 0.0;
+        std::string datum;
+        Vec3 place;  ///< in w of the blank as it was scanned and moved
+    };
+    std::vector<Worst> worst;  ///< of each stretch, the farthest first
     [[nodiscard]] double share(double part) const {
         const auto last = static_cast<double>(off.size() - 1);
         return off.empty() ? 0.0 : off[static_cast<std::size_t>(std::lround(part * last))];
     }
 };
 /// Distances of pulses that were burnt in one go: all from the one plane that most of them lie on.
-void add_stretch(std::span<const Vec3> stretch, std::span<const DatumLine> lines, std::vector<double>& off) {
+void add_stretch(std::span<const Vec3> stretch, std::span<const DatumLine> lines, Burnt& out) {
     std::vector<double> best;
+    std::string datum;
     double least = std::numeric_limits<double>::infinity();
     for (const DatumLine& line : lines) {
         std::vector<double> here;
@@ -124,9 +134,14 @@ void add_stretch(std::span<const Vec3> stretch, std::span<const DatumLine> lines
         if (middle != order.end() && *middle < least) {
             least = *middle;
             best = std::move(here);
+            datum = line.id;
         }
     }
-    off.insert(off.end(), best.begin(), best.end());
+    if (!best.empty()) {
+        const auto farthest = std::ranges::max_element(best);
+        out.worst.push_back({*farthest, datum, stretch[static_cast<std::size_t>(farthest - best.begin())]});
+        out.off.insert(out.off.end(), best.begin(), best.end());
+    }
 }
 
 Burnt measure(const std::filesystem::path& folder, const std::filesystem::path& run, const Inspection& inspection) {
@@ -154,14 +169,15 @@ Burnt measure(const std::filesystem::path& folder, const std::filesystem::path& 
         const Vec3 table{1e-12 * static_cast<double>(pulse.table_pm[0]), 1e-12 * static_cast<double>(pulse.table_pm[1]),
                          1e-12 * static_cast<double>(pulse.table_pm[2])};
         if (pulse.t_ns - last > kDark) {
-            add_stretch(stretch, inspection.lines, out.off);
+            add_stretch(stretch, inspection.lines, out);
             stretch.clear();
         }
         last = pulse.t_ns;
         stretch.push_back(w_from_t.rotation * table + w_from_t.translation);
     }
-    add_stretch(stretch, inspection.lines, out.off);
+    add_stretch(stretch, inspection.lines, out);
     std::ranges::sort(out.off);
+    std::ranges::sort(out.worst, std::greater{}, &Burnt::Worst::off);
     return out;
 }
 
@@ -177,6 +193,12 @@ void print(const Words& words, const Inspection& inspection, const LineJob& line
     const double scan = kViewSeconds * static_cast<double>(stages.views);
     const AllowanceReport& verdict = inspection.after ? *inspection.after : inspection.before;
     if (words.json) {
+        auto worst = nlohmann::ordered_json::array();
+        for (const Burnt::Worst& w : found.worst | std::views::take(kWorst)) {
+            worst.push_back({{"datum", w.datum},
+                             {"off_um", 1e6 * w.off},
+                             {"place_mm", {1e3 * w.place.x, 1e3 * w.place.y, 1e3 * w.place.z}}});
+        }
         const nlohmann::ordered_json out{{"seed", words.seed},
                                          {"points", inspection.points},
                                          {"enough", verdict.enough()},
@@ -187,6 +209,7 @@ void print(const Words& words, const Inspection& inspection, const LineJob& line
                                          {"burnt_50_um", 1e6 * found.share(0.5)},
                                          {"burnt_95_um", 1e6 * found.share(0.95)},
                                          {"burnt_max_um", 1e6 * found.share(1.0)},
+                                         {"worst", std::move(worst)},
                                          {"limit_violations", burnt.report->samples.limit_violations},
                                          {"board", words.board},
                                          {"command_trace_sha256", burnt.report->run.command_trace_sha256},
@@ -240,7 +263,7 @@ int run(const Words& words) {
     request.progress = [&](std::string_view step) { say(std::string(step)); };
     const Inspection inspection = inspect(field, scan.cloud.points, &part, request);
     LineFiles files{.folder = folder.path(), .calibration = calibration, .faces = {}, .incidence_deg = 60.0};
-    for (int i = 0; i < 8; ++i) {
+    for (int i = -3; i <= 4; ++i) {
         files.faces.push_back(45.0 * i);
     }
     const std::optional<LineJob> lines = write_lines(inspection, scan.cloud.points, files);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/inspect_lines.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -57,9 +58,11 @@ std::vector<LineToBurn> in_c(const Inspection& inspection) {
     std::vector<LineToBurn> out;
     for (const DatumLine& line : inspection.lines) {
         for (const LineRun& run : line.cut.runs) {
-            LineToBurn burn{.id = line.id, .places = {}, .closed = run.closed};
+            LineToBurn burn{
+                .id = line.id, .places = {}, .closed = run.closed, .normal = c_from_w.rotation * line.plane.normal};
             for (const LinePlace& at : run.places) {
-                burn.places.push_back({(c_from_w * Point<frame::W>{at.place}).v, c_from_w.rotation * at.normal});
+                burn.places.push_back(
+                    {(c_from_w * Point<frame::W>{at.place}).v, c_from_w.rotation * at.normal, at.sigma});
             }
             out.push_back(std::move(burn));
         }
@@ -96,8 +99,16 @@ std::optional<LineJob> write_lines(const Inspection& inspection, std::span<const
     ReachOptions options;
     options.faces = files.faces.empty() ? options.faces : files.faces;
     options.incidence_deg = files.incidence_deg;
+    const std::vector<LineToBurn> to_burn = in_c(inspection);
+    for (const LineToBurn& line : to_burn) {
+        for (const double face : faces_along(calibration, line.normal)) {
+            options.faces.push_back(face);
+        }
+    }
+    std::ranges::sort(options.faces);
+    options.faces.erase(std::ranges::unique(options.faces).begin(), options.faces.end());
     const BeamReach reach(calibration, reference_machine(), scan, options);
-    LineJob lines = line_job(in_c(inspection), reach, settings_of_lines());
+    LineJob lines = line_job(to_burn, reach, settings_of_lines());
     if (lines.paths.empty()) {
         const std::string why = lines.missed.empty() ? "" : std::string(name_of(lines.missed.front().piece.why));
         throw InputError({.file = files.calibration->string(),

@@ -338,7 +338,8 @@ private:
         const Vec3 tangent = cross(plane_.normal, rise);
         Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
         Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-        std::size_t used = 0;
+        Eigen::Matrix<double, kMost, 8> rows;  // with height and weight
+        Eigen::Index used = 0;
         Vec3 middle{};
         for (std::size_t k = 0; k < count; ++k) {
             const Vec3 r = near_[about[k]] - seed.place;
@@ -355,20 +356,29 @@ private:
             normal += weight * row * row.transpose();
             right += weight * dot(r, rise) * row;
             middle = middle + r;
+            rows.row(used) << row.transpose(), dot(r, rise), weight;
             ++used;
         }
         // Slid past the edge of its face, a place has the points of that face on one side alone.
-        if (used < kFewest || norm(middle) > kBeyond * reach_ * static_cast<double>(used)) {
+        if (used < static_cast<Eigen::Index>(kFewest) || norm(middle) > kBeyond * reach_ * static_cast<double>(used)) {
             return {};
         }
         // A little of its own weight on the curvatures holds them where the points lie on one side alone.
         for (Eigen::Index k = 1; k < 6; ++k) {
             normal(k, k) += (k < 3 ? 1e-4 : 1e-3) * normal(0, 0);
         }
-        const Eigen::Matrix<double, 6, 1> x = normal.ldlt().solve(right);
+        const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
+        const Eigen::Matrix<double, 6, 1> x = solver.solve(right);
+        // The height is a weighted sum of the points' heights; its variance is the sum of the squares of those weights.
+        const auto sheet = rows.topRows(used);
+        const Eigen::VectorXd off = sheet.col(6) - sheet.leftCols<6>() * x;
+        const Eigen::VectorXd share =
+            (sheet.leftCols<6>() * solver.solve(Eigen::Matrix<double, 6, 1>::Unit(0))).cwiseProduct(sheet.col(7));
+        const double freedom = std::max(1.0, static_cast<double>(used) - 6.0);
+        const double sigma = std::sqrt(off.squaredNorm() / freedom) * share.norm();
         const double offset = std::clamp(x[0], -kThick * reach_, kThick * reach_);
         const Vec3 surface = rise - (x[1] / reach_) * tangent - (x[2] / reach_) * plane_.normal;
-        return {seed.place + offset * rise, (1.0 / norm(surface)) * surface};
+        return {seed.place + offset * rise, (1.0 / norm(surface)) * surface, sigma};
     }
 
     template <class Work>

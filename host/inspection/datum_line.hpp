@@ -15,8 +15,9 @@ namespace sc::host {
 
 /// Where a datum line is to be burnt: on the measured surface.
 struct LinePlace {
-    Vec3 place;   ///< metres, in the frame of the cloud
-    Vec3 normal;  ///< unit, out of the metal
+    Vec3 place;          ///< metres, in the frame of the cloud
+    Vec3 normal;         ///< unit, out of the metal
+    double sigma = 0.0;  ///< metres: standard deviation of its height over the metal, from how the points scatter there
 };
 /// One stretch without a gap. Seen against the plane's normal the metal lies on its left.
 struct LineRun {

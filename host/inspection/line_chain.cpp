@@ -204,7 +204,8 @@ private:
             return std::nullopt;
         }
         const Vec3 normal = places_[i].normal + places_[j].normal;
-        return LinePlace{where_[i] + ahead * tangents_[i], (1.0 / norm(normal)) * normal};
+        return LinePlace{where_[i] + ahead * tangents_[i], (1.0 / norm(normal)) * normal,
+                         std::max(places_[i].sigma, places_[j].sigma)};
     }
 
     /// From the end of each open run to the nearest beginning.

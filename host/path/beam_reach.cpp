@@ -13,43 +13,13 @@ namespace sc::host {
 namespace {
 
 constexpr double kCell = 0.4e-3;     ///< metres
-constexpr double kStep = 1e-3;       ///< metres along a line between questions
+constexpr double kStep = 0.5e-3;     ///< metres along a line between questions
 constexpr double kSamePlace = 1e-6;  ///< metres: a path must not repeat a place
-constexpr double kEdge = 0.1e-3;     ///< metres left out before an edge
 constexpr double kSmooth = 0.9;      ///< cosine between normals: less is an edge
+constexpr double kAlong = 0.01;      ///< sine of the angle between beam and plane: less is along it
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
-
-/// A line with places at least every kStep; `original` says which of them it had before.
-struct FineLine {
-    std::vector<SurfacePlace> places;
-    std::vector<bool> original;
-};
-FineLine refined(std::span<const SurfacePlace> places, bool closed) {
-    FineLine out;
-    for (std::size_t i = 0; i < places.size(); ++i) {
-        out.places.push_back(places[i]);
-        out.original.push_back(true);
-        if (i + 1 == places.size() && !closed) {
-            break;
-        }
-        const SurfacePlace& a = places[i];
-        const SurfacePlace& b = places[(i + 1) % places.size()];
-        const auto count = static_cast<int>(std::ceil(norm(b.place - a.place) / kStep));
-        for (int k = 1; k < count; ++k) {
-            const double share = static_cast<double>(k) / count;
-            const Vec3 normal = (1.0 - share) * a.normal + share * b.normal;
-            out.places.push_back({a.place + share * (b.place - a.place), (1.0 / norm(normal)) * normal});
-            out.original.push_back(false);
-        }
-    }
-    if (closed && !places.empty()) {
-        out.places.push_back(places.front());
-        out.original.push_back(true);
-    }
-    return out;
-}
 
 /// Takes a little off the end of a piece.
 void shorten(std::vector<SurfacePlace>& places, double by) {
@@ -75,7 +45,7 @@ double length_of(std::span<const SurfacePlace> places) {
 
 /// At an edge a beam that is off by a few micrometres passes the metal by and marks what lies behind: pieces end a
 /// little before it. Where one smoothly goes on into the next nothing is taken.
-void trim(std::vector<ReachedPiece>& pieces) {
+void trim(std::vector<ReachedPiece>& pieces, double edge) {
     const auto goes_on = [](const ReachedPiece& a, const ReachedPiece& b) {
         return norm(a.places.back().place - b.places.front().place) < kSamePlace &&
                dot(a.places[a.places.size() - 2].normal, b.places[1].normal) > kSmooth;
@@ -88,11 +58,11 @@ void trim(std::vector<ReachedPiece>& pieces) {
     }
     for (std::size_t i = 0; i < pieces.size(); ++i) {
         if (cut[i].second) {
-            shorten(pieces[i].places, kEdge);
+            shorten(pieces[i].places, edge);
         }
         if (cut[i].first) {
             std::ranges::reverse(pieces[i].places);
-            shorten(pieces[i].places, kEdge);
+            shorten(pieces[i].places, edge);
             std::ranges::reverse(pieces[i].places);
         }
         pieces[i].length = length_of(pieces[i].places);
@@ -109,8 +79,31 @@ std::string_view name_of(Unreached why) noexcept {
         case Unreached::keep_out: return "in a keep-out volume";
         case Unreached::occluded: return "other metal stands in the beam";
         case Unreached::too_short: return "too short a piece";
+        case Unreached::edge: return "too near an edge";
+        case Unreached::unsure: return "the scan is too poor there to mark the plane";
     }
     return "?";
+}
+
+std::vector<double> faces_along(const CalibrationSet& calibration, const Vec3& normal) {
+    // Turned by a face, the normal's component along the beam is middle + even · cos + odd · sin.
+    const auto along_beam = [&](double face) {
+        const Vec3 origin = to_face(calibration, Point<frame::C>{{}}, face).v;
+        return (to_face(calibration, Point<frame::C>{normal}, face).v - origin).y;
+    };
+    const double middle = 0.5 * (along_beam(0.0) + along_beam(180.0));
+    const double even = 0.5 * (along_beam(0.0) - along_beam(180.0));
+    const double odd = along_beam(90.0) - middle;
+    const double swing = std::hypot(even, odd);
+    if (swing < kAlong || std::abs(middle) > swing) {
+        return {};
+    }
+    const auto rounded = [](double radians) {
+        return std::round(100.0 * degrees(std::remainder(radians, 2.0 * std::numbers::pi))) / 100.0;
+    };
+    const double at = std::atan2(odd, even);
+    const double half = std::acos(-middle / swing);
+    return {rounded(at - half), rounded(at + half)};
 }
 
 BeamReach::BeamReach(const CalibrationSet& calibration, const MachineConfig& machine, std::span<const Vec3> cloud,
@@ -215,15 +208,108 @@ Unreached BeamReach::at(const SurfacePlace& place, std::size_t face) const {
     return hidden(views_[face], h) ? Unreached::occluded : Unreached::none;
 }
 
-std::size_t BeamReach::reached_to(std::span<const SurfacePlace> places, std::size_t begin, std::size_t face) const {
-    std::size_t end = begin;
-    while (end < places.size() && at(places[end], face) == Unreached::none) {
-        ++end;
+BeamReach::FineLine BeamReach::refined(std::span<const SurfacePlace> places, bool closed) const {
+    FineLine out;
+    std::vector<std::pair<std::size_t, std::size_t>> edges;  // the places before and behind
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        out.places.push_back(places[i]);
+        out.original.push_back(true);
+        if (i + 1 == places.size() && !closed) {
+            break;
+        }
+        const SurfacePlace& a = places[i];
+        const SurfacePlace& b = places[(i + 1) % places.size()];
+        const auto count = std::max(1, static_cast<int>(std::ceil(norm(b.place - a.place) / kStep)));
+        if (dot(a.normal, b.normal) < kSmooth) {
+            edges.emplace_back(out.places.size() - 1, out.places.size() - 1 + static_cast<std::size_t>(count));
+        }
+        for (int k = 1; k < count; ++k) {
+            const double share = static_cast<double>(k) / count;
+            const Vec3 normal = (1.0 - share) * a.normal + share * b.normal;
+            out.places.push_back(
+                {a.place + share * (b.place - a.place), (1.0 / norm(normal)) * normal, std::max(a.sigma, b.sigma)});
+            out.original.push_back(false);
+        }
     }
-    return end;
+    if (closed && !places.empty()) {
+        out.places.push_back(places.front());
+        out.original.push_back(true);
+    }
+    out.corner.assign(out.places.size(), false);
+    for (const auto& [before, behind] : edges) {
+        for (std::size_t i = 0; i < out.places.size(); ++i) {
+            const double near = std::min(norm(out.places[i].place - out.places[before].place),
+                                         norm(out.places[i].place - out.places[behind].place));
+            out.corner[i] = out.corner[i] || near < options_.edge || (i > before && i < behind);
+        }
+    }
+    return out;
 }
 
-SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed) const {
+Unreached BeamReach::why_not(const FineLine& line, std::size_t i, std::size_t face, double sway) const {
+    const auto& places = line.places;
+    if (const Unreached why = at(places[i], face); why != Unreached::none) {
+        return why;
+    }
+    // The line itself may run into depth faster than the normals say, which are averages over a reach: at an edge.
+    const double angle = options_.incidence_deg * std::numbers::pi / 180.0;
+    const auto steep = [&](std::size_t a, std::size_t b) {
+        const Vec3 way = places[b].place - places[a].place;
+        return std::abs((views_[face].h_from_c.rotation * way).y) > std::sin(angle) * norm(way);
+    };
+    if ((i > 0 && steep(i - 1, i)) || (i + 1 < places.size() && steep(i, i + 1))) {
+        return Unreached::edge;
+    }
+    if (sway < kAlong) {
+        return Unreached::none;
+    }
+    const double leaning = std::cos(incidence_deg(places[i], face) * std::numbers::pi / 180.0);
+    if (3.0 * places[i].sigma * sway > options_.off_plane * leaning) {
+        return Unreached::unsure;
+    }
+    return line.corner[i] ? Unreached::edge : Unreached::none;
+}
+
+BeamReach::Reached BeamReach::reached(const FineLine& line, const Vec3& normal) const {
+    Reached out;
+    const std::span<const SurfacePlace> places = line.places;
+    out.kept.assign(places.size(), false);
+    for (std::size_t face = 0; face < views_.size(); ++face) {
+        const double sway = std::abs((views_[face].h_from_c.rotation * normal).y);
+        const bool along = sway < kAlong && dot(normal, normal) > 0.0;
+        std::vector<Unreached> by(places.size());
+        std::size_t begin = 0;
+        for (std::size_t i = 0; i <= places.size(); ++i) {
+            if (i < places.size()) {
+                by[i] = why_not(line, i, face, sway);
+                if (by[i] == Unreached::none) {
+                    continue;
+                }
+            }
+            if (along && i > begin && length_of(places.subspan(begin, i - begin)) >= options_.least_length) {
+                std::fill(out.kept.begin() + static_cast<std::ptrdiff_t>(begin),
+                          out.kept.begin() + static_cast<std::ptrdiff_t>(i), true);
+            }
+            begin = i + 1;
+        }
+        out.along.push_back(along);
+        out.by.push_back(std::move(by));
+    }
+    return out;
+}
+
+std::size_t BeamReach::Reached::to(std::size_t begin, std::size_t face) const {
+    std::size_t end = begin;
+    while (end < kept.size() && by[face][end] == Unreached::none) {
+        ++end;
+        if (!along[face] && end > begin + 1 && kept[end - 1]) {
+            break;
+        }
+    }
+    return !along[face] && end > begin + 1 && kept[begin] && kept[begin + 1] ? begin : end;
+}
+
+SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed, const Vec3& normal) const {
     SplitLine out;
     const FineLine line = refined(places, closed);
     const auto& fine = line.places;
@@ -238,12 +324,13 @@ SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed) co
             out.missed.push_back({from, to, length, why});
         }
     };
+    const Reached faces = reached(line, normal);
     std::size_t begin = 0;
     while (begin + 1 < fine.size()) {
         std::size_t best = 0;
         std::size_t end = begin;
         for (std::size_t face = 0; face < views_.size(); ++face) {
-            const std::size_t to = reached_to(fine, begin, face);
+            const std::size_t to = faces.to(begin, face);
             const bool straighter = to == end && incidence_deg(fine[begin], face) < incidence_deg(fine[begin], best);
             if (to > end || straighter) {
                 end = to;
@@ -255,7 +342,7 @@ SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed) co
             for (std::size_t face = 1; face < views_.size(); ++face) {
                 looks = incidence_deg(fine[begin], face) < incidence_deg(fine[begin], looks) ? face : looks;
             }
-            const Unreached why = at(fine[begin], looks);
+            const Unreached why = faces.by[looks][begin];
             miss(begin, begin + 1, why == Unreached::none ? Unreached::too_short : why);
             ++begin;
             continue;
@@ -277,7 +364,7 @@ SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed) co
         }
         begin = end - 1;
     }
-    trim(out.reached);
+    trim(out.reached, options_.edge);
     // Where a closed line was begun need not stay an end.
     if (closed && out.reached.size() > 1 && out.reached.front().face_deg == out.reached.back().face_deg &&
         norm(out.reached.front().places.front().place - out.reached.back().places.back().place) < kSamePlace) {

@@ -17,11 +17,12 @@ namespace sc::host {
 
 /// A place on a surface, in c.
 struct SurfacePlace {
-    Vec3 place;   ///< metres
-    Vec3 normal;  ///< unit, out of the metal
+    Vec3 place;          ///< metres
+    Vec3 normal;         ///< unit, out of the metal
+    double sigma = 0.0;  ///< metres: standard deviation of its height along the normal
 };
 
-enum class Unreached : std::uint8_t { none, incidence, travel, keep_out, occluded, too_short };
+enum class Unreached : std::uint8_t { none, incidence, travel, keep_out, occluded, too_short, edge, unsure };
 [[nodiscard]] std::string_view name_of(Unreached why) noexcept;
 
 struct ReachOptions {
@@ -30,6 +31,8 @@ struct ReachOptions {
     double room = 5e-3;            ///< metres kept from the ends of travel and keep-out volumes, for run-in
     double beam_radius = 0.3e-3;   ///< metres, at the focus, with what the cloud's spacing asks for
     double beam_opening = 0.0313;  ///< how much it grows for each metre above the focus (10 mm aperture, f = 160 mm)
+    double edge = 0.3e-3;          ///< metres left out before an edge: about what lies between two points of the scan
+    double off_plane = 40e-6;      ///< metres that three sigma of height may move a mark off its plane
     double least_length = 1e-3;    ///< metres: shorter pieces are not burnt
 };
 
@@ -51,6 +54,11 @@ struct SplitLine {
     std::vector<MissedPiece> missed;
 };
 
+/// The faces, degrees in (−180, 180], before which the beam lies in planes with this normal (unit, in c): there an
+/// error of depth moves a mark within the plane and not off it. None for planes that any face shows so, or that no face
+/// does.
+[[nodiscard]] std::vector<double> faces_along(const CalibrationSet& calibration, const Vec3& normal);
+
 /// What the beam can reach of a scanned workpiece. The beam is taken along −y of h; what stands before a place is known
 /// from the cloud alone, so what was not scanned hides nothing.
 class BeamReach {
@@ -65,8 +73,9 @@ public:
     /// Angle between beam and normal there, degrees.
     [[nodiscard]] double incidence_deg(const SurfacePlace& place, std::size_t face) const;
     /// Cuts a line into as few pieces as can be, each reached from one face. Pieces that follow one another share the
-    /// place between them.
-    [[nodiscard]] SplitLine split(std::span<const SurfacePlace> places, bool closed) const;
+    /// place between them. With the normal of the line's plane (unit, in c), faces before which the beam lies in that
+    /// plane go first, and others burn what those do not reach.
+    [[nodiscard]] SplitLine split(std::span<const SurfacePlace> places, bool closed, const Vec3& normal = {}) const;
     /// The place in h with that face before the laser.
     [[nodiscard]] Vec3 in_h(const Vec3& place, std::size_t face) const;
     [[nodiscard]] const ReachOptions& options() const noexcept { return options_; }
@@ -84,9 +93,25 @@ private:
     };
     void fill(View& view, std::span<const Vec3> cloud) const;
     [[nodiscard]] bool hidden(const View& view, const Vec3& place) const;
-    /// Reached from `begin` on without a break: up to this index.
-    [[nodiscard]] std::size_t reached_to(std::span<const SurfacePlace> places, std::size_t begin,
-                                         std::size_t face) const;
+    /// A line with places at least every half millimetre.
+    struct FineLine {
+        std::vector<SurfacePlace> places;
+        std::vector<bool> original;  ///< it had this place before
+        std::vector<bool> corner;    ///< within `edge` of an edge between faces
+    };
+    [[nodiscard]] FineLine refined(std::span<const SurfacePlace> places, bool closed) const;
+    /// Why a face does not burn a place of a line. A face along the plane (sway 0) may where an error of height would
+    /// move the mark off the plane before another.
+    [[nodiscard]] Unreached why_not(const FineLine& line, std::size_t i, std::size_t face, double sway) const;
+    /// Which places of a line each face may burn, and which of them a face along the line's plane does.
+    struct Reached {
+        std::vector<std::vector<Unreached>> by;  ///< [face][place]
+        std::vector<bool> along;                 ///< [face]
+        std::vector<bool> kept;                  ///< [place] for faces along the plane
+        /// Burnt from `begin` on without a break: up to this index.
+        [[nodiscard]] std::size_t to(std::size_t begin, std::size_t face) const;
+    };
+    [[nodiscard]] Reached reached(const FineLine& line, const Vec3& normal) const;
 
     MachineConfig machine_;
     ReachOptions options_;

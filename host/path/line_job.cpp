@@ -13,7 +13,7 @@ LineJob line_job(std::span<const LineToBurn> lines, const BeamReach& reach, cons
     LineJob out;
     std::map<std::string, int> numbers;
     for (const LineToBurn& line : lines) {
-        SplitLine split = reach.split(line.places, line.closed);
+        SplitLine split = reach.split(line.places, line.closed, line.normal);
         for (ReachedPiece& piece : split.reached) {
             out.burnt_length += piece.length;
             out.burnt.push_back({line.id + " " + std::to_string(++numbers[line.id]), line.id, std::move(piece)});

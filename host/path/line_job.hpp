@@ -15,6 +15,7 @@ struct LineToBurn {
     std::string id;
     std::vector<SurfacePlace> places;
     bool closed = false;  ///< the first place is not repeated
+    Vec3 normal;          ///< of the plane that it lies in, unit
 };
 /// A piece of it in the job: path `name` of `face_deg`.
 struct BurntPiece {
