@@ -12,11 +12,12 @@ namespace sc::host {
 
 namespace {
 
-constexpr double kCell = 0.4e-3;     ///< metres
-constexpr double kStep = 0.5e-3;     ///< metres along a line between questions
-constexpr double kSamePlace = 1e-6;  ///< metres: a path must not repeat a place
-constexpr double kSmooth = 0.9;      ///< cosine between normals: less is an edge
-constexpr double kAlong = 0.01;      ///< sine of the angle between beam and plane: less is along it
+constexpr double kCell = 0.4e-3;      ///< metres
+constexpr double kStep = 0.5e-3;      ///< metres along a line between questions
+constexpr double kSamePlace = 1e-6;   ///< metres: a path must not repeat a place
+constexpr double kSmooth = 0.9;       ///< cosine between normals: less is an edge
+constexpr double kStepHeight = 3e-3;  ///< metres: what stands so far before a place is another part of the metal
+constexpr double kAlong = 0.01;       ///< sine of the angle between beam and plane: less is along it
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
@@ -150,7 +151,8 @@ void BeamReach::fill(View& view, std::span<const Vec3> cloud) const {
 }
 
 bool BeamReach::hidden(const View& view, const Vec3& place) const {
-    const double widest = options_.beam_radius + options_.beam_opening * std::max(0.0, view.top - place.y);
+    const double widest =
+        options_.beam_radius + options_.unseen_rim + options_.beam_opening * std::max(0.0, view.top - place.y);
     const auto at = [](double value, double from, std::size_t count) {
         return static_cast<std::size_t>(std::clamp((value - from) / kCell, 0.0, static_cast<double>(count) - 1.0));
     };
@@ -167,8 +169,9 @@ bool BeamReach::hidden(const View& view, const Vec3& place) const {
             const double dx = view.x + (static_cast<double>(column) + 0.5) * kCell - place.x;
             const double dz = view.z + (static_cast<double>(row) + 0.5) * kCell - place.z;
             const double beside = std::hypot(dx, dz);
+            const double rim = above > kStepHeight ? options_.unseen_rim : 0.0;
             if (above > rise * (beside + kCell) + kCell &&
-                beside < options_.beam_radius + options_.beam_opening * above) {
+                beside < options_.beam_radius + rim + options_.beam_opening * above) {
                 return true;
             }
         }

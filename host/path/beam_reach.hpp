@@ -33,6 +33,7 @@ struct ReachOptions {
     double beam_opening = 0.0313;  ///< how much it grows for each metre above the focus (10 mm aperture, f = 160 mm)
     double edge = 0.3e-3;          ///< metres left out before an edge: about what lies between two points of the scan
     double off_plane = 40e-6;      ///< metres that three sigma of height may move a mark off its plane
+    double unseen_rim = 1.5e-3;    ///< metres: so far the edge of what stands before a place may reach past its scan
     double least_length = 1e-3;    ///< metres: shorter pieces are not burnt
 };
 
