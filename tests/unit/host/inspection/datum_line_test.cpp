@@ -121,6 +121,32 @@ TEST(DatumLine, OutliersLeaveNoTrace) {
     EXPECT_LT(c.line.off_max, 1e-4);
 }
 
+TEST(DatumLine, SaysHowWellEachHeightIsKnown) {
+    const TriangleMesh box = box_mesh({0, 0, 0}, {0.04, 0.03, 0.02});
+    for (const double noise : {1e-5, 4e-5}) {
+        const std::vector<Vec3> places = places_off(box, 60'000, 0.0, 0.0, noise, 11);
+        const DistanceField field(box);
+        CutOptions every;
+        every.chord = 1e-12;
+        const CutLine cut = datum_line(field, places, plane_at({0, 0, 0.01}, {0, 0, 1}), every).cut;
+        double squares = 0.0;
+        double said = 0.0;
+        int count = 0;
+        for (const LinePlace& at : cut.runs.at(0).places) {
+            const double x = std::min(std::abs(at.place.x), std::abs(at.place.x - 0.04));
+            const double y = std::min(std::abs(at.place.y), std::abs(at.place.y - 0.03));
+            if (std::max(x, y) > 3e-3) {
+                squares += std::min(x, y) * std::min(x, y);
+                said += at.sigma * at.sigma;
+                ++count;
+            }
+        }
+        ASSERT_GT(count, 200);
+        EXPECT_NEAR(std::sqrt(squares / said), 1.0, 0.25) << noise;
+        EXPECT_LT(std::sqrt(said / count), 0.7 * noise) << "an average is better than a point";
+    }
+}
+
 TEST(DatumLine, ThePublishedCastingFromItsScan) {
     const PointCloud cloud = read_scan(casting("scan.ply")).cloud;
     const std::vector<Vec3> places = placed(true_placement(casting("truth_pose.txt")), cloud.points);
