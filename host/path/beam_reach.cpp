@@ -345,7 +345,8 @@ SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed, co
             for (std::size_t face = 1; face < views_.size(); ++face) {
                 looks = incidence_deg(fine[begin], face) < incidence_deg(fine[begin], looks) ? face : looks;
             }
-            const Unreached why = faces.by[looks][begin];
+            const auto& by = faces.by[looks];
+            const Unreached why = by[begin] == Unreached::none ? by[begin + 1] : by[begin];
             miss(begin, begin + 1, why == Unreached::none ? Unreached::too_short : why);
             ++begin;
             continue;
