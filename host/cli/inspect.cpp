@@ -22,6 +22,7 @@
 #include "host/formats/file.hpp"
 #include "host/formats/mesh.hpp"
 #include "host/formats/scan.hpp"
+#include "host/inspection/allowance_map.hpp"
 #include "host/inspection/inspection.hpp"
 #include "host/inspection/inspection_html.hpp"
 #include "host/inspection/inspection_report.hpp"
@@ -43,6 +44,8 @@ constexpr const char* kExamples = R"(Examples:
 
 Exit codes: 0 metal everywhere (after borrowing, if that was allowed); 1 not enough; 2 bad input or usage.)";
 
+constexpr double kMapScale = 1e-3;  ///< metres at full colour
+
 struct Words {
     std::string cad;
     std::string scan;
@@ -57,6 +60,7 @@ struct Words {
     std::string calibration;
     std::string faces;
     std::string report;
+    std::string map;
     std::string serial;
     std::string user;
     double incidence_deg = 60.0;
@@ -201,12 +205,20 @@ std::vector<double> angles(const std::string& text) {
 struct Outputs {
     LineFiles files;
     std::optional<LineJob> lines;
+    Uncertainty uncertainty;
 };
 Outputs write_outputs(const Inspection& inspection, const DistanceField& field, std::span<const Vec3> scan,
                       const Words& words) {
     Outputs out;
+    std::optional<CalibrationSet> calibration;
+    if (!words.calibration.empty()) {
+        calibration = read_calibration(words.calibration);
+    }
+    out.uncertainty = uncertainty_of(inspection, field, calibration ? &*calibration : nullptr);
+    if (!words.map.empty()) {
+        write_map_ply(words.map, inspection, field, kMapScale);
+    }
     if (!words.report.empty()) {
-        const std::string calibration = words.calibration.empty() ? "" : read_calibration(words.calibration).id;
         write_text_file(words.report,
                         inspection_html(inspection, field,
                                         {{"CAD model", words.cad},
@@ -214,8 +226,9 @@ Outputs write_outputs(const Inspection& inspection, const DistanceField& field, 
                                          {"part", words.part},
                                          {"serial number", words.serial},
                                          {"operator", words.user},
-                                         {"calibration", calibration},
-                                         {"scribecell", std::string(kVersion) + " (git " + kGitHash + ")"}}));
+                                         {"calibration", calibration ? calibration->id : ""},
+                                         {"scribecell", std::string(kVersion) + " (git " + kGitHash + ")"}},
+                                        out.uncertainty));
     }
     if (!words.lines.empty()) {
         out.files.folder = words.lines;
@@ -232,6 +245,7 @@ Outputs write_outputs(const Inspection& inspection, const DistanceField& field, 
 void print(const Inspection& inspection, const Words& words, const Outputs& outputs) {
     if (words.json) {
         nlohmann::ordered_json json = inspection_json(inspection);
+        json["uncertainty"] = uncertainty_json(outputs.uncertainty);
         json["line_job"] = outputs.lines ? line_job_json(*outputs.lines) : nlohmann::ordered_json();
         std::printf("%s\n", json.dump(2).c_str());
         return;
@@ -323,6 +337,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
         ->capture_default_str();
     sub->add_option("--report", words->report, "one HTML page with tables, pictures and a map that turns")
         ->type_name("FILE.html");
+    sub->add_option("--map", words->map, "coloured points with their margins, for any viewer")->type_name("OUT.ply");
     sub->add_option("--serial", words->serial, "serial number, for the report")->type_name("TEXT");
     sub->add_option("--operator", words->user, "who inspects, for the report")->type_name("TEXT");
     sub->add_option("--threads", words->threads, "0 = all cores")->type_name("N");

@@ -6,7 +6,7 @@
 
 #include "host/inspection/inspection.hpp"
 
-/// The pictures of a report: SVG elements, and the map that turns. For the sources of this folder only.
+/// The pictures of a report: SVG elements. For the sources of this folder only.
 
 namespace sc::host {
 
@@ -17,7 +17,5 @@ namespace sc::host {
 [[nodiscard]] std::string sides_svg(const AllowanceReport& before, const AllowanceReport* after);
 /// The CAD model's section in grey, the measured line in colour, gaps dashed.
 [[nodiscard]] std::string section_svg(const DatumLine& line, const TriangleMesh& mesh);
-/// A canvas of points that turns, and the script for it. `margin_scale`: metres at full colour.
-[[nodiscard]] std::string map_html(const Inspection& inspection, const DistanceField& field, double margin_scale);
 
 }  // namespace sc::host

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "host/formats/text.hpp"
+#include "host/inspection/allowance_map.hpp"
 #include "host/inspection/inspection_drawings.hpp"
 
 namespace sc::host {
@@ -26,7 +27,7 @@ figure{display:inline-block;margin:6px 14px 6px 0}figcaption{font-size:13px;colo
 svg text{font-size:11px;fill:#444}.axis{stroke:#444}.asked{stroke:#000;stroke-dasharray:3 2}
 .lack{fill:#3c66d6}.more{fill:#d9683c}.before{fill:#b9b9b9}.after{fill:#d9683c}
 .cad{stroke:#999;fill:none}.run{stroke:#157015;stroke-width:1.6;fill:none}.gap{stroke:#b3261e;stroke-dasharray:4 3}
-canvas{border:1px solid #ccc;touch-action:none;cursor:grab;max-width:100%}
+input{width:64px}canvas{border:1px solid #ccc;touch-action:none;cursor:grab;max-width:100%}
 .scale .bar{display:inline-block;width:180px;height:10px;margin:0 8px;
 background:linear-gradient(90deg,#1e46e6,#cddcf0,#ebe1cd,#dc281e)}
 </style></head><body>
@@ -109,9 +110,28 @@ std::string proof(const Inspection& i, const Borrowing& b) {
     return out + "</table>";
 }
 
+std::string uncertainty_table(const Uncertainty& uncertainty) {
+    std::string out = "<table><tr><th>of</th><th>source</th><th>one standard deviation, mm</th><th>from</th></tr>";
+    const auto rows = [&](const std::string& of, const std::vector<UncertaintySource>& sources) {
+        for (const UncertaintySource& source : sources) {
+            out += "<tr>" + cell(of) + cell(source.name) + cell(mm(source.sigma, 4)) + cell(source.from) + "</tr>";
+        }
+        if (!sources.empty()) {
+            out += "<tr>" + cell(of) + "<th>together, k = 2</th>" + cell("\u00b1" + mm(expanded(sources), 4)) +
+                   cell("") + "</tr>";
+        }
+    };
+    rows("allowance at a place", uncertainty.allowance);
+    rows("place of a datum line", uncertainty.lines);
+    return out +
+           "</table><p>What a whole scan has in common (its scale, how its views were joined) is not in the scan "
+           "and not in this table.</p>";
+}
+
 }  // namespace
 
-std::string inspection_html(const Inspection& i, const DistanceField& field, const ReportHeader& header) {
+std::string inspection_html(const Inspection& i, const DistanceField& field, const ReportHeader& header,
+                            const Uncertainty& uncertainty) {
     const AllowanceReport* after = i.after ? &*i.after : nullptr;
     const AllowanceReport& last = after != nullptr ? *after : i.before;
     std::string out = kHead;
@@ -131,8 +151,10 @@ std::string inspection_html(const Inspection& i, const DistanceField& field, con
         }
         out += "</p>";
     }
-    out += "<h2>Allowance map</h2><p>Drag to turn, wheel to zoom. Grey: as cast. Green: datum lines.</p>" +
-           map_html(i, field, 1e-3);
+    out +=
+        "<h2>Allowance map</h2><p>Drag to turn, wheel to zoom. Grey: as cast. Green: datum lines. "
+        "Numbers below the map shift the blank and colour it anew.</p>" +
+        map_html(i, field, 1e-3);
     out += "<h2>Opposite sides, mean allowance in mm (grey before, coloured after)</h2>" + sides_svg(i.before, after);
     out += "<h2>Histograms</h2>";
     for (std::size_t k = 0; k < i.before.faces.size(); ++k) {
@@ -144,6 +166,7 @@ std::string inspection_html(const Inspection& i, const DistanceField& field, con
     if (i.borrowing) {
         out += "<h2>Borrowing and its proof</h2>" + proof(i, *i.borrowing);
     }
+    out += "<h2>Uncertainty</h2>" + uncertainty_table(uncertainty);
     if (!i.lines.empty()) {
         out += "<h2>Datum lines on the measured surface (grey: CAD model)</h2>";
         for (const DatumLine& line : i.lines) {

@@ -232,6 +232,18 @@ std::string inspection_text(const Inspection& i) {
     return out;
 }
 
+nlohmann::ordered_json uncertainty_json(const Uncertainty& uncertainty) {
+    const auto list = [](const std::vector<UncertaintySource>& sources) {
+        nlohmann::ordered_json out{{"expanded_mm", mm(expanded(sources))},
+                                   {"sources", nlohmann::ordered_json::array()}};
+        for (const UncertaintySource& source : sources) {
+            out["sources"].push_back({{"name", source.name}, {"sigma_mm", mm(source.sigma)}, {"from", source.from}});
+        }
+        return out;
+    };
+    return {{"allowance", list(uncertainty.allowance)}, {"lines", list(uncertainty.lines)}};
+}
+
 nlohmann::ordered_json inspection_json(const Inspection& i) {
     nlohmann::ordered_json references = nlohmann::ordered_json::array();
     for (const ReferenceUse& r : i.references) {

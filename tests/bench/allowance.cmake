@@ -22,7 +22,8 @@ if(SC_HOST)
   find_path(SC_CGAL_INCLUDE CGAL/Side_of_triangle_mesh.h)
   find_library(SC_GMP_LIBRARY gmp)
   find_library(SC_MPFR_LIBRARY mpfr)
-  if(SC_CGAL_INCLUDE AND SC_GMP_LIBRARY AND SC_MPFR_LIBRARY)
+  # Debian 12's CGAL does not compile with Clang 19.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND SC_CGAL_INCLUDE AND SC_GMP_LIBRARY AND SC_MPFR_LIBRARY)
     # Its headers are not written for our warnings.
     set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/peer_cgal.cpp PROPERTIES
       COMPILE_DEFINITIONS SC_WITH_CGAL COMPILE_OPTIONS "-w;-frounding-math")

@@ -21,3 +21,6 @@ sc_test(host_inspection_report_test LABEL unit
 sc_test(host_inspection_what_if_test LABEL unit
   SOURCES ${dir}/what_if_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
   DEPS host_inspection)
+sc_test(host_inspection_uncertainty_test LABEL unit
+  SOURCES ${dir}/uncertainty_test.cpp ${PROJECT_SOURCE_DIR}/tests/bench/allowance_workload.cpp
+  DEPS host_inspection)
