@@ -55,7 +55,7 @@ nlohmann::json inspect(const std::vector<std::string>& more) {
                                    "--json"};
     words.insert(words.end(), more.begin(), more.end());
     Program program("scribecell", words);
-    EXPECT_EQ(program.wait(), 0) << program.err();
+    EXPECT_LE(program.wait(), 1) << program.err();  // 1: not enough metal, before borrowing
     return nlohmann::json::parse(program.out());
 }
 
