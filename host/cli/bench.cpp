@@ -40,6 +40,7 @@ constexpr std::array kBenches{
     Bench{"scribe", "the main job on the simulated cell", bench_scribe},
     Bench{"controller", "instructions a tick on a Cortex-M7, the same bits everywhere", bench_controller},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
+    Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 
 std::string names() {

@@ -25,6 +25,7 @@
 #include "host/inspection/allowance_map.hpp"
 #include "host/inspection/inspection.hpp"
 #include "host/inspection/inspection_html.hpp"
+#include "host/inspection/inspection_pictures.hpp"
 #include "host/inspection/inspection_report.hpp"
 
 namespace sc::host::cli {
@@ -61,6 +62,7 @@ struct Words {
     std::string faces;
     std::string report;
     std::string map;
+    std::string pictures;
     std::string serial;
     std::string user;
     double incidence_deg = 60.0;
@@ -215,6 +217,9 @@ Outputs write_outputs(const Inspection& inspection, const DistanceField& field, 
         calibration = read_calibration(words.calibration);
     }
     out.uncertainty = uncertainty_of(inspection, field, calibration ? &*calibration : nullptr);
+    if (!words.pictures.empty()) {
+        write_pictures(words.pictures, inspection, field);
+    }
     if (!words.map.empty()) {
         write_map_ply(words.map, inspection, field, kMapScale);
     }
@@ -338,6 +343,8 @@ void add_inspect(CLI::App& app, int& exit_code) {
     sub->add_option("--report", words->report, "one HTML page with tables, pictures and a map that turns")
         ->type_name("FILE.html");
     sub->add_option("--map", words->map, "coloured points with their margins, for any viewer")->type_name("OUT.ply");
+    sub->add_option("--pictures", words->pictures, "map, histograms, sides and sections as SVG files")
+        ->type_name("DIR");
     sub->add_option("--serial", words->serial, "serial number, for the report")->type_name("TEXT");
     sub->add_option("--operator", words->user, "who inspects, for the report")->type_name("TEXT");
     sub->add_option("--threads", words->threads, "0 = all cores")->type_name("N");

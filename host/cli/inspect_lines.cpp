@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -100,7 +101,11 @@ std::optional<LineJob> write_lines(const Inspection& inspection, std::span<const
     options.faces = files.faces.empty() ? options.faces : files.faces;
     options.incidence_deg = files.incidence_deg;
     const std::vector<LineToBurn> to_burn = in_c(inspection);
-    for (const LineToBurn& line : to_burn) {
+    if (files.plain) {
+        options.edge = options.unseen_rim = 0.0;
+        options.off_plane = std::numeric_limits<double>::infinity();
+    }
+    for (const LineToBurn& line : files.plain ? std::span<const LineToBurn>() : std::span(to_burn)) {
         for (const double face : faces_along(calibration, line.normal)) {
             options.faces.push_back(face);
         }

@@ -18,6 +18,7 @@ struct LineFiles {
     std::optional<std::filesystem::path> calibration;  ///< none: no job
     std::vector<double> faces;                         ///< degrees
     double incidence_deg = 60.0;
+    bool plain = false;  ///< the faces given alone, nothing kept from edges or from poorly seen surface
 };
 
 /// Writes lines.dxf (w), and with a calibration lines.csv (c and h) and job.toml. `scan` in c. Throws InputError.

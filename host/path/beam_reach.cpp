@@ -312,6 +312,28 @@ std::size_t BeamReach::Reached::to(std::size_t begin, std::size_t face) const {
     return !along[face] && end > begin + 1 && kept[begin] && kept[begin + 1] ? begin : end;
 }
 
+std::pair<std::size_t, std::size_t> BeamReach::farthest(const Reached& faces, std::size_t begin,
+                                                        const SurfacePlace& place) const {
+    std::size_t best = 0;
+    std::size_t end = begin;
+    for (std::size_t face = 0; face < views_.size(); ++face) {
+        const std::size_t to = faces.to(begin, face);
+        if (to > end || (to == end && incidence_deg(place, face) < incidence_deg(place, best))) {
+            end = to;
+            best = face;
+        }
+    }
+    return {best, end};
+}
+
+std::size_t BeamReach::straightest(const SurfacePlace& place) const {
+    std::size_t out = 0;
+    for (std::size_t face = 1; face < views_.size(); ++face) {
+        out = incidence_deg(place, face) < incidence_deg(place, out) ? face : out;
+    }
+    return out;
+}
+
 SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed, const Vec3& normal) const {
     SplitLine out;
     const FineLine line = refined(places, closed);
@@ -330,21 +352,9 @@ SplitLine BeamReach::split(std::span<const SurfacePlace> places, bool closed, co
     const Reached faces = reached(line, normal);
     std::size_t begin = 0;
     while (begin + 1 < fine.size()) {
-        std::size_t best = 0;
-        std::size_t end = begin;
-        for (std::size_t face = 0; face < views_.size(); ++face) {
-            const std::size_t to = faces.to(begin, face);
-            const bool straighter = to == end && incidence_deg(fine[begin], face) < incidence_deg(fine[begin], best);
-            if (to > end || straighter) {
-                end = to;
-                best = face;
-            }
-        }
+        const auto [best, end] = farthest(faces, begin, fine[begin]);
         if (end <= begin + 1) {
-            std::size_t looks = 0;
-            for (std::size_t face = 1; face < views_.size(); ++face) {
-                looks = incidence_deg(fine[begin], face) < incidence_deg(fine[begin], looks) ? face : looks;
-            }
+            const std::size_t looks = straightest(fine[begin]);
             const auto& by = faces.by[looks];
             const Unreached why = by[begin] == Unreached::none ? by[begin + 1] : by[begin];
             miss(begin, begin + 1, why == Unreached::none ? Unreached::too_short : why);

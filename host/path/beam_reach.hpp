@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "host/formats/calibration_set.hpp"
@@ -113,6 +114,10 @@ private:
         [[nodiscard]] std::size_t to(std::size_t begin, std::size_t face) const;
     };
     [[nodiscard]] Reached reached(const FineLine& line, const Vec3& normal) const;
+    /// The face that burns the most from place `begin` on, and up to where; of equals the one that looks straightest.
+    [[nodiscard]] std::pair<std::size_t, std::size_t> farthest(const Reached& faces, std::size_t begin,
+                                                               const SurfacePlace& place) const;
+    [[nodiscard]] std::size_t straightest(const SurfacePlace& place) const;
 
     MachineConfig machine_;
     ReachOptions options_;

@@ -87,8 +87,9 @@ TEST(InspectReport, IsDrawnTurnsAndShiftsInABrowser) {
 
 TEST(InspectReport, ColouredPointsSayWhatTheReportSays) {
     const fs::path folder = fresh_folder();
-    const auto report = inspect({"--map", (folder / "map.ply").string(), "--lines", (folder / "lines").string(),
-                                 "--calibration", std::string(SC_SOURCE_DIR) + "/examples/ras3dm/calibration.toml"});
+    const auto report = inspect({"--map", (folder / "map.ply").string(), "--pictures", (folder / "pictures").string(),
+                                 "--lines", (folder / "lines").string(), "--calibration",
+                                 std::string(SC_SOURCE_DIR) + "/examples/ras3dm/calibration.toml"});
     const std::string ply = read_file(folder / "map.ply");
     const std::size_t body = ply.find("end_header\n") + 11;
     constexpr std::size_t kRecord = 4 * 4 + 3;
@@ -103,6 +104,18 @@ TEST(InspectReport, ColouredPointsSayWhatTheReportSays) {
             << "warm is more, cool is less";
     }
     EXPECT_NEAR(least, report["after"]["least_margin_mm"].get<double>(), 1e-4);
+    std::size_t pictures = 0;
+    for (const auto& file : fs::directory_iterator(folder / "pictures")) {
+        const std::string svg = read_file(file.path());
+        EXPECT_TRUE(svg.starts_with("<?xml") && svg.ends_with("</svg>\n")) << file.path();
+        EXPECT_EQ(svg.find("<figure"), std::string::npos);
+        ++pictures;
+    }
+    EXPECT_EQ(pictures, 2 + report["after"]["faces"].size() + report["lines"].size());
+    // Warm for what is to spare, which is nearly all of this part, and grey for what is as cast.
+    const std::string map = read_file(folder / "pictures/map.svg");
+    EXPECT_NE(map.find("rgb(200,200,200)"), std::string::npos);
+    EXPECT_NE(map.find("rgb(220,40,30)"), std::string::npos);
     const auto& lines = report["uncertainty"]["lines"];
     ASSERT_EQ(lines["sources"].size(), 3U);
     double squares = 0.0;
