@@ -32,6 +32,8 @@ constexpr const char* kExamples = R"(Examples:
       the trajectory planner on three workloads: time, limits, deviation, cost
   scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01
       the same figures of any polyline (header x,y,z; mm, s)
+  scribecell bench allowance
+      distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
 What is asked of each figure stands in tests/bench/asked.toml.
 Exit codes: 0 all figures are as asked; 1 one is not, or the benchmark failed; 2 bad input or usage.)";
@@ -40,7 +42,9 @@ constexpr std::array kBenches{
     Bench{"scribe", "the main job on the simulated cell", bench_scribe},
     Bench{"controller", "instructions a tick on a Cortex-M7, the same bits everywhere", bench_controller},
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
-    Bench{"motion", "the trajectory planner on three workloads", bench_motion}};
+    Bench{"motion", "the trajectory planner on three workloads", bench_motion},
+    Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
+    Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 
 std::string names() {
     std::string text;

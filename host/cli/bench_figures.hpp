@@ -60,4 +60,15 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// recording, and the replay's commands.csv and ticks.csv.
 [[nodiscard]] std::vector<Figure> bench_controller(const BenchOptions& options);
 
+/// The main job over 20 castings, the worst of each: burnt_95_um, burnt_max_um (each pulse from its true datum plane),
+/// missed_pulses, limit_violations, least_burnt_mm; and plain_max_um, without the care that BeamReach takes (5 of
+/// them). Some minutes. `raw`: casting.csv, one row a casting.
+[[nodiscard]] std::vector<Figure> bench_casting(const BenchOptions& options);
+
+/// Inspection of the casting in tests/data/casting-blank beside its peers, by the program scribecell-allowance-bench:
+/// speed against Embree, exactness against every triangle, signs against CGAL, fit, borrowing, published examples.
+/// Figures of a peer that was not there are left out, and said on stderr. `raw`: allowance.json with the absolute
+/// speeds.
+[[nodiscard]] std::vector<Figure> bench_allowance(const BenchOptions& options);
+
 }  // namespace sc::host::cli

@@ -12,6 +12,8 @@ namespace {
 constexpr const char* kExamples = R"(Examples:
   scribecell scribe                     the main job, on the simulated cell
   scribecell scribe --dry-run           what it would burn
+  scribecell inspect --cad PART.stl --scan CLOUD.ply
+                                        is there metal everywhere, where should the part lie
   scribecell replay inputs.rec          the controller again, with recorded inputs
   scribecell calibrate galvo-field      the galvo's field correction, from burnt crosses
   scribecell monitor --once             state of a cell
@@ -31,6 +33,8 @@ int main(int argc, char** argv) {
         sc::host::cli::add_scribe(app, exit_code);
         sc::host::cli::add_cell(app, exit_code);
         sc::host::cli::add_replay(app, exit_code);
+        sc::host::cli::add_inspect(app, exit_code);
+        sc::host::cli::add_casting(app, exit_code);
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_override(app, exit_code);
         sc::host::cli::add_calibrate(app, exit_code);

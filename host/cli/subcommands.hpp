@@ -11,6 +11,8 @@ namespace sc::host::cli {
 void add_scribe(CLI::App& app, int& exit_code);
 void add_cell(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
+void add_casting(CLI::App& app, int& exit_code);
+void add_inspect(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_override(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "host/formats/file.hpp"
+#include "host/formats/part_plain.hpp"
 #include "host/formats/text.hpp"
 #include "host/formats/toml_reader.hpp"
 #include "host/formats/toml_writer.hpp"
@@ -140,7 +141,10 @@ std::string rendered(const Part& part) {
 
 }  // namespace
 
-Part read_part(const std::filesystem::path& path) { return parse_part(path, read_text_file(path)); }
+Part read_part(const std::filesystem::path& path) {
+    const std::string text = read_text_file(path);
+    return is_plain_part(path, text) ? parse_plain_part(path, text) : parse_part(path, text);
+}
 
 void write_part(const std::filesystem::path& path, const Part& part) {
     const std::string text = rendered(part);

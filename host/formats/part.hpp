@@ -58,7 +58,8 @@ struct Part {
     bool operator==(const Part&) const = default;
 };
 
-/// Both throw InputError (file, line, value, what to do).
+/// Both throw InputError (file, line, value, what to do). Also read is a plain machining description, which has `units`
+/// in place of `format` (docs/formats.md); it is written as a part.
 [[nodiscard]] Part read_part(const std::filesystem::path& path);
 void write_part(const std::filesystem::path& path, const Part& part);
 

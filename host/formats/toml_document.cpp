@@ -42,6 +42,9 @@ toml::table parsed(const std::filesystem::path& file, std::string_view text) {
 TomlDocument::TomlDocument(const std::filesystem::path& file, std::string_view text, std::string_view format)
     : file_(file), table_(parsed(file, text)) {
     root_.emplace(file_, table_, "");
+    if (format.empty()) {
+        return;
+    }
     if (!root_->has("format")) {
         throw InputError({.file = file.string(),
                           .problem = "key is missing",

@@ -93,7 +93,7 @@ private:
 /// A parsed file; owns what its readers look at.
 class TomlDocument {
 public:
-    /// Parses and checks `format` and `version`.
+    /// Parses and checks `format` and `version`; an empty `format` asks for neither.
     TomlDocument(const std::filesystem::path& file, std::string_view text, std::string_view format);
     TomlDocument(const TomlDocument&) = delete;
     TomlDocument& operator=(const TomlDocument&) = delete;

@@ -23,6 +23,9 @@ if(SC_HOST AND SC_SIM)
   sc_test(sim_replay_command_test LABEL sim TIMEOUT 120
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/replay_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_inspect_test LABEL sim TIMEOUT 180
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/inspect_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
   sc_test(sim_axis_map_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/axis_map_test.cpp ${sc_cli_program}
     DEPS boards_sim_world nlohmann_json::nlohmann_json fmt::fmt)
@@ -33,8 +36,16 @@ if(SC_HOST AND SC_SIM)
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   add_dependencies(sim_calibrate_test scribecell-plate-camera scribecell-field-truth)
-  foreach(test sim_axis_map_test sim_free_path_test sim_bad_input_test sim_calibrate_test sim_check_test sim_scribe_test sim_preview_test sim_source_test sim_scribe_fault_test
-      sim_replay_command_test)
+  sc_test(sim_casting_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/casting_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_inspect_browser_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/inspect_browser_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  add_dependencies(sim_casting_test scribecell-scanner)
+  foreach(test sim_casting_test sim_inspect_test sim_inspect_browser_test sim_axis_map_test sim_free_path_test
+      sim_bad_input_test sim_calibrate_test sim_check_test sim_scribe_test sim_preview_test sim_source_test
+      sim_scribe_fault_test sim_replay_command_test)
     add_dependencies(${test} scribecell scribecell-cell scribecell-replay)
   endforeach()
   if(NOT SC_SANITIZE)

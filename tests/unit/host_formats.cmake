@@ -15,3 +15,6 @@ sc_test(host_calibration_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/calibration/galvo_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/transforms_test.cpp
   DEPS host_calibration)
+sc_test(host_formats_geometry_test LABEL unit
+  SOURCES ${dir}/mesh_test.cpp ${dir}/scan_test.cpp
+  DEPS host_formats)

@@ -53,7 +53,7 @@ void drain_rest(int& fd, std::string& text) {
 }  // namespace
 
 Program::Program(const std::string& name, const std::vector<std::string>& arguments) {
-    const std::string path = std::string(SC_BINARY_DIR) + "/bin/" + name;
+    const std::string path = name.starts_with("/") ? name : std::string(SC_BINARY_DIR) + "/bin/" + name;
     ::setenv("SCRIBECELL_ROOT", SC_SOURCE_DIR, 1);
     const Pipe out;
     const Pipe err;

@@ -12,7 +12,7 @@ namespace sc::test {
 /// A program of this build, run by a test. stdout and stderr are read while it runs.
 class Program {
 public:
-    /// `name` is looked for in the build's bin folder.
+    /// `name` is looked for in the build's bin folder, unless it begins with a slash.
     Program(const std::string& name, const std::vector<std::string>& arguments);
     Program(const Program&) = delete;
     Program& operator=(const Program&) = delete;

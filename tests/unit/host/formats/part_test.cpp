@@ -60,5 +60,32 @@ TEST(Part, RefusesWhatIsMalformed) {
     bad("[as_cast]", "[as_forged]", "as_forged", "unknown key");
 }
 
+TEST(PlainPart, ReadsTheMachiningDescriptionOfTheCasting) {
+    const std::filesystem::path data = std::filesystem::path(SC_TEST_DATA) / "casting-blank";
+    const Part part = read_part(data / "part.toml");
+    ASSERT_EQ(part.machined.size(), 12U);
+    EXPECT_EQ(part.datums.size(), 3U);
+    EXPECT_EQ(part.reference_points.size(), 6U);
+    EXPECT_DOUBLE_EQ(part.machined[0].diameter, 0.058);
+    EXPECT_DOUBLE_EQ(part.machined[0].min_allowance, 0.5e-3);
+    EXPECT_EQ(part.machined[11].id, "backface2");
+    EXPECT_DOUBLE_EQ(part.machined[11].min_allowance, 0.2e-3);
+    const TempDir dir;
+    write_part(dir / "part.toml", part);
+    EXPECT_EQ(read_part(dir / "part.toml"), part) << "written as a part, it is the same";
+}
+
+TEST(PlainPart, TakesItsUnitAndRefusesUnknownWords) {
+    const TempDir dir;
+    const std::string text =
+        "units = \"inch\"\n[[machined]]\nid = \"a\"\nkind = \"plane\"\npoint = [1, 0, 0]\nnormal = [1, 0, 0]\n"
+        "min_allowance = 0.1\n";
+    EXPECT_DOUBLE_EQ(read_part(dir.write("a.toml", text)).machined[0].point.v.x, 0.0254);
+    const auto unit = dir.write("b.toml", test::replaced(text, "inch", "ell"));
+    expect_refusal([&] { static_cast<void>(read_part(unit)); }, {unit.string(), 1, "ell", "no unit of length"});
+    const auto key = dir.write("c.toml", test::replaced(text, "min_allowance", "minimum"));
+    EXPECT_THROW(static_cast<void>(read_part(key)), InputError);
+}
+
 }  // namespace
 }  // namespace sc::host
