@@ -55,7 +55,7 @@ public:
         const int row = kHigh / 2 - static_cast<int>(std::floor(cells_a_metre_ * up));
         for (int r = std::max(row - half, 0); r <= std::min(row + half, kHigh - 1); ++r) {
             for (int c = std::max(column - half, 0); c <= std::min(column + half, kWide - 1); ++c) {
-                Cell& cell = cells_[static_cast<std::size_t>(r * kWide + c)];
+                Cell& cell = cells_[static_cast<std::size_t>(r) * kWide + static_cast<std::size_t>(c)];
                 if (!cell.filled || depth < cell.depth) {
                     cell = {depth, colour, true};
                 }
@@ -66,9 +66,10 @@ public:
         std::map<std::array<std::uint8_t, 3>, std::string> paths;
         for (std::size_t i = 0; i < cells_.size(); ++i) {
             if (cells_[i].filled) {
-                const auto row = static_cast<int>(i) / kWide;
-                const auto column = static_cast<int>(i) % kWide;
-                paths[cells_[i].colour] += "M" + fixed(kCell * column, 0) + " " + fixed(kCell * row, 0) + "h2v2h-2z";
+                const std::size_t row = i / kWide;
+                const std::size_t column = i % kWide;
+                paths[cells_[i].colour] += "M" + fixed(kCell * static_cast<double>(column), 0) + " " +
+                                           fixed(kCell * static_cast<double>(row), 0) + "h2v2h-2z";
             }
         }
         std::string out;
