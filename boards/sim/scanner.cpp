@@ -142,14 +142,18 @@ public:
         const Vec3 shift = gaussian(random, kViewShift) + middle_c - registered.rotation * middle_c;
         for (int row = -count; row <= count; ++row) {
             for (int column = -count; column <= count; ++column) {
-                const Vec3 aim =
-                    middle_ + kPixel * ((column + share(random) - 0.5) * right_ + (row + share(random) - 0.5) * up_);
+                // One draw a statement: compilers differ in the order within one.
+                const double across = column + share(random) - 0.5;
+                const double upwards = row + share(random) - 0.5;
+                const Vec3 aim = middle_ + kPixel * (across * right_ + upwards * up_);
                 const auto seen = look(aim);
                 if (!seen) {
                     continue;
                 }
-                const double along = kNoise / std::sqrt(seen->cosine) * white(random) +
-                                     (share(random) < kOutliers ? kOutlier * (2.0 * share(random) - 1.0) : 0.0);
+                double along = kNoise / std::sqrt(seen->cosine) * white(random);
+                if (share(random) < kOutliers) {
+                    along += kOutlier * (2.0 * share(random) - 1.0);
+                }
                 const Vec3 measured = seen->place + along * seen->direction;
                 const Vec3 c = registered.rotation * (c_from_h_ * Point<frame::H>{measured}).v + shift;
                 out.push_back((stitched * Point<frame::C>{c}).v);

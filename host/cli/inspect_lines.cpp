@@ -33,7 +33,7 @@ MarkSettings settings_of_lines() {
 void write_table(const std::filesystem::path& file, const LineJob& job, const BeamReach& reach) {
     std::string out =
         "# Lines to be burnt, millimetres: in c with the outward normal, and in h with the face before the laser "
-        "(h_y is the depth).\nname,face_deg,s,x,y,z,nx,ny,nz,h_x,h_y,h_z,incidence_deg\n";
+        "(h_y is the depth).\nname,face_deg,s,x,y,z,nx,ny,nz,h_x,h_y,h_z,incidence_deg,sigma_um\n";
     for (const BurntPiece& burnt : job.burnt) {
         std::size_t face = 0;
         while (reach.options().faces[face] != burnt.piece.face_deg) {
@@ -45,10 +45,11 @@ void write_table(const std::filesystem::path& file, const LineJob& job, const Be
             s += last == nullptr ? 0.0 : norm(at.place - *last);
             last = &at.place;
             const Vec3 h = reach.in_h(at.place, face);
-            out += fmt::format("{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.4f},{:.4f},{:.4f},{:.2f}\n",
-                               burnt.name, number_text(burnt.piece.face_deg), 1e3 * s, 1e3 * at.place.x,
-                               1e3 * at.place.y, 1e3 * at.place.z, at.normal.x, at.normal.y, at.normal.z, 1e3 * h.x,
-                               1e3 * h.y, 1e3 * h.z, reach.incidence_deg(at, face));
+            out += fmt::format(
+                "{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.5f},{:.5f},{:.5f},{:.4f},{:.4f},{:.4f},{:.2f},{:.1f}\n",
+                burnt.name, number_text(burnt.piece.face_deg), 1e3 * s, 1e3 * at.place.x, 1e3 * at.place.y,
+                1e3 * at.place.z, at.normal.x, at.normal.y, at.normal.z, 1e3 * h.x, 1e3 * h.y, 1e3 * h.z,
+                reach.incidence_deg(at, face), 1e6 * at.sigma);
         }
     }
     write_text_file(file, out);

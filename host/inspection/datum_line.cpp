@@ -67,8 +67,10 @@ public:
         const double dense = reach_;
         reach_ *= kSparser;
         keep_only(sparse);
-        for (const LinePlace& place : level(nullptr, out)) {
+        for (LinePlace& place : level(nullptr, out)) {
             if (alone(place, places, dense)) {
+                // What a quadratic surface cannot follow grows with the square of the reach and is not in the scatter.
+                place.sigma *= kSparser * kSparser;
                 places.push_back(place);
             }
         }
