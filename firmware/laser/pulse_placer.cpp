@@ -38,7 +38,8 @@ FiringRule::FiringRule(const PulseSpec& spec) noexcept
       speed_min_(spec.speed_min > 0.0 ? spec.speed_min : 1e-9),
       prr_min_(spec.prr_min),
       prr_top_(spec.prr_nominal * (1.0 + 1e-9)),
-      code_per_hz_(spec.energy / spec.power * 255.0) {}
+      code_per_hz_(spec.power_byte == PowerByte::average_power ? spec.energy / spec.power * 255.0 : 0.0),
+      code_(spec.power_byte == PowerByte::pulse_energy ? spec.energy / spec.power * spec.prr_nominal * 255.0 : 0.0) {}
 
 Firing firing_at(double speed, const PulseSpec& spec) noexcept { return FiringRule(spec).at(speed, 1); }
 

@@ -26,7 +26,8 @@ struct PulseSpec {
     double speed_min = 0.0;    ///< m/s: no pulse below
     double prr_min = 0.0;      ///< Hz
     double prr_nominal = 0.0;  ///< Hz
-    double power = 0.0;        ///< W at power byte 255
+    double power = 0.0;        ///< W at power byte 255 (and prr_nominal, where the byte sets the energy)
+    PowerByte power_byte = PowerByte::average_power;
 };
 
 /// How a pulse is made at a beam speed.
@@ -57,7 +58,7 @@ public:
         }
         const double prr = rate * static_cast<double>(pick);
         firing.pick = pick;
-        firing.power = static_cast<std::uint32_t>(nearest32_within(smaller(prr, prr_top_) * code_per_hz_));
+        firing.power = static_cast<std::uint32_t>(nearest32_within(smaller(prr, prr_top_) * code_per_hz_ + code_));
         firing.power = firing.power < kMostPower ? firing.power : kMostPower;
         firing.possible = firing.power > 0 && prr >= prr_min_ && prr <= prr_top_ * 1.0001;
         return firing;
@@ -69,8 +70,9 @@ private:
     double rate_per_speed_ = 0.0;
     double speed_min_ = 1e30;
     double prr_min_ = 0.0;
-    double prr_top_ = 0.0;  ///< nominal, and a little for rounding
-    double code_per_hz_ = 0.0;
+    double prr_top_ = 0.0;      ///< nominal, and a little for rounding
+    double code_per_hz_ = 0.0;  ///< 0 where the byte sets the energy of a pulse …
+    double code_ = 0.0;         ///< … and 0 where it sets the average power
 };
 [[nodiscard]] Firing firing_at(double speed, const PulseSpec& spec) noexcept;
 
