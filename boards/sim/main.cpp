@@ -3,6 +3,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 #include <spdlog/sinks/stdout_sinks.h>
@@ -11,6 +14,7 @@
 #include "boards/mps2_an500/pc/m7_controller.hpp"
 #include "boards/sim/cell.hpp"
 #include "boards/sim/lock_step.hpp"
+#include "boards/sim/machine_keys.hpp"
 #include "boards/sim/plant/fault_script.hpp"
 #include "boards/sim/real_time.hpp"
 #include "boards/sim/world/world_error.hpp"
@@ -55,6 +59,7 @@ struct Arguments {
     std::string record;
     double record_limit_mb = 100.0;
     double prr_nominal_hz = 0.0;
+    std::vector<std::string> machine;
 };
 
 void describe(CLI::App& app, Arguments& a) {
@@ -81,6 +86,9 @@ void describe(CLI::App& app, Arguments& a) {
                    "Hz; nominal pulse rate of the laser (default: the reference cell's)")
         ->check(CLI::Range(20e3, 1.5e6))
         ->type_name("HZ");
+    app.add_option("--machine", a.machine,
+                   "what the controller is told of its machine in place of the truth, e.g. galvo.latency_us=0")
+        ->type_name("KEY=VALUE");
     auto* mode = app.add_option_group("mode", "who drives the cell");
     mode->add_option("--lockstep-fd", a.lockstep, "inherited socket: virtual time in lock-step with the host")
         ->check(CLI::Range(0, 1'000'000));
@@ -123,6 +131,7 @@ sc::sim::CellOptions options_of(const Arguments& a) {
     if (a.prr_nominal_hz > 0.0) {
         options.machine.laser.prr_nominal = sc::Frequency::from_si(a.prr_nominal_hz);
     }
+    sc::sim::set_machine(options.machine, a.machine);
     options.record = a.record;
     options.record_limit_bytes = static_cast<std::uint64_t>(a.record_limit_mb * 1e6);
     return options;
@@ -188,6 +197,9 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
         return kBadInput;
     } catch (const sc::mps2_an500::SetupError& error) {
+        std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
+        return kBadInput;
+    } catch (const std::invalid_argument& error) {
         std::fprintf(stderr, "scribecell-cell: %s\n", error.what());
         return kBadInput;
     } catch (const std::exception& error) {

@@ -17,7 +17,12 @@ constexpr std::int64_t kDrainTicks = 3;
 }  // namespace
 
 JobRunner::JobRunner(const MachineConfig& machine) noexcept
-    : machine_(machine), y_retracted_(machine.y_retracted.si()), geometry_(machine), field_(machine.galvo) {
+    : machine_(machine),
+      y_retracted_(machine.y_retracted.si()),
+      geometry_(machine),
+      field_(machine.galvo),
+      lead_(galvo_lead(machine.galvo, machine.galvo_period_ns)),
+      mirror_lag_ns_(machine.galvo.latency_ns - rounded(lead_.per_velocity * 1e9)) {
     set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
@@ -32,8 +37,7 @@ double JobRunner::seconds(std::int64_t ticks) const noexcept {
 }
 
 std::int64_t JobRunner::light_lag_ns() const noexcept {
-    const std::int64_t beam =
-        path_.actuator == Actuator::galvo ? machine_.galvo.latency_ns : machine_.axis[kX].latency_ns;
+    const std::int64_t beam = path_.actuator == Actuator::galvo ? mirror_lag_ns_ : machine_.axis[kX].latency_ns;
     return beam - machine_.laser.latency_ns;
 }
 

@@ -163,6 +163,8 @@ private:
     motion::AxisLimits galvo_limits_;
     motion::PathMotion motion_;
     laser::FieldMap field_;
+    GalvoLead lead_;
+    std::int64_t mirror_lag_ns_;  ///< of the mirrors behind their frames, less what the lead makes up for
     laser::PulsePlacer placer_;
     PowerCurve curve_;
     motion::Move move_;

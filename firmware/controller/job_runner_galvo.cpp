@@ -40,42 +40,67 @@ constexpr std::size_t kZ = index(Axis::z);
 
 /// A piece of a straight run, or of two that overlap.
 bool is_cubic(const trajectory::Piece& piece) noexcept {
-    double rest = 0.0;
-    for (const std::size_t i : {kX, kY, kZ}) {
-        rest = rest + (absolute(piece.axis[i][4]) + absolute(piece.axis[i][5]));
-    }
-    return rest == 0.0;
+    const auto cubic = [&](std::size_t i) noexcept { return piece.axis[i][4] == 0.0 && piece.axis[i][5] == 0.0; };
+    return cubic(kX) && cubic(kZ) && cubic(kY);
 }
 
-/// Frames of one segment under one patch, from path time t on: the words' counts are polynomials too.
+bool is_level(const trajectory::Quintic& q) noexcept {
+    return q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0 && q[4] == 0.0 && q[5] == 0.0;
+}
+
+/// What the frames of a tick have in common.
+struct FrameLaw {
+    const laser::FieldMap& map;
+    motion::Place anchor;
+    double period;     ///< s
+    double per_step;   ///< GalvoLead in frames
+    double per_step2;  ///< … and in frames²
+    laser::FieldPatch patch;
+};
+
+/// Frames of one segment under one patch, from path time t on: the words' counts are polynomials too. A new patch is
+/// made for the place at frame `middle`, if that is not negative.
 template <GalvoWord kWord, std::size_t kDegree>
-void put_frames(const motion::Segment& segment, const laser::FieldPatch& patch, const motion::Place& anchor, double t,
-                double period, std::span<GalvoFrame> frames) noexcept {
+void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double middle,
+                std::span<GalvoFrame> frames) noexcept {
     using Polynomial = laser::FramePolynomial<kDegree>;
     const double begin = segment.x(t);
-    const double step = period * segment.rate;
-    const auto& axis = segment.piece->axis;
-    Polynomial place_x = laser::over_frames<kDegree>(axis[kX], begin, step);
-    Polynomial place_z = laser::over_frames<kDegree>(axis[kZ], begin, step);
-    Polynomial depth = laser::over_frames<kDegree>(axis[kY], begin, step);
-    place_x[0] -= anchor[kX];
-    place_z[0] -= anchor[kZ];
-    depth[0] -= anchor[kY];
+    const double step = law.period * segment.rate;
+    const auto place_of = [&](std::size_t axis) noexcept {
+        Polynomial place = laser::over_frames<kDegree>(segment.piece->axis[axis], begin, step);
+        place[0] -= law.anchor[axis];
+        return place;
+    };
+    Polynomial place_x = place_of(kX);
+    Polynomial place_z = place_of(kZ);
+    const Polynomial x_led = laser::led<kDegree>(place_x, law.per_step, law.per_step2);
+    const Polynomial z_led = laser::led<kDegree>(place_z, law.per_step, law.per_step2);
+    Polynomial depth{};
+    if (is_level(segment.piece->axis[kY])) {
+        depth[0] = segment.piece->axis[kY][0] - law.anchor[kY];
+    } else {
+        depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
+    }
+    if (middle >= 0.0) {
+        law.patch = law.map.patch(laser::value<kDegree>(x_led, middle), laser::value<kDegree>(z_led, middle),
+                                  laser::value<kDegree>(depth, middle));
+    }
     const auto counts = [&](std::size_t mirror) noexcept {
-        const std::array<double, 3>& m = patch.m[mirror];
+        const std::array<double, 3>& m = law.patch.m[mirror];
         Polynomial sum;
         for (std::size_t n = 0; n <= kDegree; ++n) {
-            sum[n] = m[0] * place_x[n] + m[1] * place_z[n] + m[2] * depth[n];
+            sum[n] = m[0] * x_led[n] + m[1] * z_led[n] + m[2] * depth[n];
         }
-        sum[0] += patch.offset[mirror];
+        sum[0] += law.patch.offset[mirror];
         return sum;
     };
     // Two loops: the differences of two polynomials are what a core's registers hold.
     laser::FrameValues<kDegree> count_x(counts(0));
     laser::FrameValues<kDegree> count_z(counts(1));
+    const laser::WordFormat format = law.patch.format;
     for (GalvoFrame& frame : frames) {
         const auto words =
-            patch.format.clamped_words<kWord>(nearest32_within(count_x.value()), nearest32_within(count_z.value()));
+            format.clamped_words<kWord>(nearest32_within(count_x.value()), nearest32_within(count_z.value()));
         frame.word_x = words[0];
         frame.word_z = words[1];
         count_x.next();
@@ -124,15 +149,19 @@ void JobRunner::galvo_jump(double t, ServoOutputs& out) noexcept {
 
 void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
     const double period = exact_double(machine_.galvo_period_ns) * 1e-9;
-    const motion::Place anchor{metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), 0.0};
     const bool wide = machine_.galvo.word == GalvoWord::bits18;
     const auto put = wide ? put_frames<GalvoWord::bits18, 5> : put_frames<GalvoWord::bits16, 5>;
     const auto put_cubic = wide ? put_frames<GalvoWord::bits18, 3> : put_frames<GalvoWord::bits16, 3>;
     const auto time_of = [&](std::size_t frame) noexcept {
         return t + exact_double(static_cast<std::int64_t>(frame)) * period;
     };
+    FrameLaw law{field_,
+                 {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), 0.0},
+                 period,
+                 lead_.per_velocity / period,
+                 lead_.per_acceleration / (period * period),
+                 field_.flat()};
     motion::Cursor ahead = cursor_;
-    laser::FieldPatch patch = field_.flat();
     std::size_t patch_end = field_.curved() ? 0 : kGalvoFramesPerTick;
     std::size_t frame = 0;
     while (frame < kGalvoFramesPerTick) {
@@ -142,23 +171,31 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
         const double left = clamped((segment.end - now) / period, 1.0, static_cast<double>(kGalvoFramesPerTick));
         const auto whole = static_cast<std::uint32_t>(left);
         const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
+        double middle = -1.0;
         if (frame == patch_end) {
             const std::size_t frames = patch_frames(count);
-            const double middle = now + 0.5 * exact_double(static_cast<std::int64_t>(frames)) * period;
-            const motion::Segment there = middle < segment.end ? segment : motion_.segment(middle, ahead);
-            const motion::Place at = there.piece->place(there.x(middle));
-            patch = field_patch({at[kX] - anchor[kX], at[kY] - anchor[kY], at[kZ] - anchor[kZ], 0.0});
+            const double half = 0.5 * exact_double(static_cast<std::int64_t>(frames));
+            if (frames <= count) {
+                middle = half;
+            } else {
+                // Beyond this segment, whose polynomials do not hold there.
+                const double then = now + half * period + lead_.per_velocity;
+                const motion::Segment there = motion_.segment(then, ahead);
+                const motion::Place at = there.piece->place(there.x(then));
+                law.patch =
+                    field_patch({at[kX] - law.anchor[kX], at[kY] - law.anchor[kY], at[kZ] - law.anchor[kZ], 0.0});
+            }
             patch_end += frames;
         }
         const std::size_t last = std::min({frame + count, patch_end, kGalvoFramesPerTick});
-        (is_cubic(*segment.piece) ? put_cubic : put)(segment, patch, anchor, now, period,
+        (is_cubic(*segment.piece) ? put_cubic : put)(law, segment, now, middle,
                                                      std::span(out.galvo).subspan(frame, last - frame));
         frame = last;
         if (frame == kGalvoFramesPerTick) {
             const motion::Place at = segment.piece->place(segment.x(time_of(frame - 1)));
-            field_x_ = at[kX] - anchor[kX];
-            field_z_ = at[kZ] - anchor[kZ];
-            field_depth_ = at[kY] - anchor[kY];
+            field_x_ = at[kX] - law.anchor[kX];
+            field_z_ = at[kZ] - law.anchor[kZ];
+            field_depth_ = at[kY] - law.anchor[kY];
         }
     }
 }

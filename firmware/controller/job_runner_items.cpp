@@ -81,6 +81,7 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     pulses.prr_nominal = machine_.laser.prr_nominal.si();
     pulses.power = curve_.measured() ? curve_.most() : machine_.laser.power.si();
     pulses.curve = curve_;
+    pulses.power_byte = machine_.laser.power_byte;
     trajectory::Spec spec;
     spec.speed = static_cast<double>(begin.speed_um_s) * 1e-6;
     spec.tolerance = static_cast<double>(begin.tolerance_nm) * 1e-9;

@@ -36,6 +36,28 @@ template <std::size_t kDegree>
     return c;
 }
 
+/// p + per_step · dp/dk + per_step2 · d²p/dk².
+template <std::size_t kDegree>
+[[nodiscard]] constexpr FramePolynomial<kDegree> led(const FramePolynomial<kDegree>& p, double per_step,
+                                                     double per_step2) noexcept {
+    FramePolynomial<kDegree> out = p;
+    for (std::size_t i = 0; i < kDegree; ++i) {
+        out[i] += per_step * (static_cast<double>(i + 1) * p[i + 1]);
+    }
+    for (std::size_t i = 0; i + 1 < kDegree; ++i) {
+        out[i] += per_step2 * (static_cast<double>((i + 1) * (i + 2)) * p[i + 2]);
+    }
+    return out;
+}
+template <std::size_t kDegree>
+[[nodiscard]] constexpr double value(const FramePolynomial<kDegree>& p, double k) noexcept {
+    double sum = p[kDegree];
+    for (std::size_t i = kDegree; i-- > 0;) {
+        sum = p[i] + k * sum;
+    }
+    return sum;
+}
+
 /// Values at k = 0, 1, 2 … by forward differences: as many additions each as the degree. Over the hundred frames of a
 /// tick rounding stays below 1e-12 of the largest value.
 template <std::size_t kDegree>

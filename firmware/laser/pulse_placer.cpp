@@ -40,6 +40,11 @@ FiringRule::FiringRule(const PulseSpec& spec) noexcept
       prr_top_(spec.prr_nominal * (1.0 + 1e-9)),
       code_per_hz_(spec.energy / spec.power * 255.0) {
     turn_round(spec.curve, spec.energy, spec.prr_nominal);
+    if (spec.power_byte == PowerByte::pulse_energy) {
+        code_ = code_at(spec.prr_nominal);
+        code_per_hz_ = 0.0;
+        stretches_ = 0;
+    }
 }
 
 void FiringRule::turn_round(const PowerCurve& curve, double energy, double prr_nominal) noexcept {

@@ -27,8 +27,9 @@ struct PulseSpec {
     double speed_min = 0.0;    ///< m/s: no pulse below
     double prr_min = 0.0;      ///< Hz
     double prr_nominal = 0.0;  ///< Hz
-    double power = 0.0;        ///< W at power byte 255
+    double power = 0.0;        ///< W at power byte 255 (and prr_nominal, where the byte sets the energy)
     PowerCurve curve;          ///< and at the others, if measured
+    PowerByte power_byte = PowerByte::average_power;
 };
 
 /// How a pulse is made at a beam speed.
@@ -59,7 +60,7 @@ public:
         }
         const double prr = rate * static_cast<double>(pick);
         firing.pick = pick;
-        firing.power = static_cast<std::uint32_t>(nearest32_within(code_at(smaller(prr, prr_top_))));
+        firing.power = static_cast<std::uint32_t>(nearest32_within(code_at(smaller(prr, prr_top_)) + code_));
         firing.power = firing.power < kMostPower ? firing.power : kMostPower;
         firing.possible = firing.power > 0 && prr >= prr_min_ && prr <= prr_top_ * 1.0001;
         return firing;
@@ -92,8 +93,9 @@ private:
     double rate_per_speed_ = 0.0;
     double speed_min_ = 1e30;
     double prr_min_ = 0.0;
-    double prr_top_ = 0.0;  ///< nominal, and a little for rounding
-    double code_per_hz_ = 0.0;
+    double prr_top_ = 0.0;      ///< nominal, and a little for rounding
+    double code_per_hz_ = 0.0;  ///< 0 where the byte sets the energy of a pulse …
+    double code_ = 0.0;         ///< … and 0 where it sets the average power
 };
 [[nodiscard]] Firing firing_at(double speed, const PulseSpec& spec) noexcept;
 

@@ -81,6 +81,9 @@ std::vector<std::string> cell_arguments(const LinkOptions& options) {
     if (options.prr_nominal_hz) {
         add("--prr-nominal", std::to_string(*options.prr_nominal_hz));
     }
+    for (const std::string& setting : options.machine) {
+        add("--machine", setting);
+    }
     if (options.m7_image) {
         add("--m7-image", options.m7_image->string());
     }

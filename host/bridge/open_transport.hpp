@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "host/bridge/transport.hpp"
 
@@ -24,6 +25,7 @@ struct LinkOptions {
     std::optional<std::filesystem::path> record;    ///< log of the controller's inputs, for `scribecell replay`
     double record_limit_mb = 100.0;                 ///< where the log ends; the cell goes on
     std::optional<double> prr_nominal_hz;           ///< of the cell's laser; the reference cell's without one
+    std::vector<std::string> machine;               ///< KEY=VALUE, as scribecell-cell --machine takes them
 };
 
 /// Opens the cell named by `url`:

@@ -27,7 +27,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell bench scribe --json --seed 7 --raw run1
       one JSON object; the trials as CSV in run1
   scribecell bench laser
-      a plate of crosses, measured, fitted, and compared with the true head
+      a plate of crosses, measured, fitted, and compared with the true head; then pitch, place and energy of single
+      pulses at up to 2 m/s, each again with what earns it switched off
   scribecell bench motion
       the trajectory planner on three workloads: time, limits, deviation, cost
   scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01

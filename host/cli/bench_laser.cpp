@@ -6,6 +6,7 @@
 #include "host/bridge/errors.hpp"
 #include "host/bridge/program.hpp"
 #include "host/cli/bench_figures.hpp"
+#include "host/cli/bench_pulses.hpp"
 #include "host/cli/calibrate_run.hpp"
 #include "host/cli/run_folder.hpp"
 #include "host/formats/file.hpp"
@@ -85,11 +86,14 @@ std::vector<Figure> bench_laser(const BenchOptions& options) {
     const Residual clean = bench.residual(0.0);
     // What the third dimension earns: the same correction, not told the depth.
     const Residual flat = bench.residual(kSigmaUm, {"--no-depth"});
-    return {{"field_residual_rms_um", noisy.rms_um, "um"},
-            {"field_residual_max_um", noisy.max_um, "um"},
-            {"field_noise_free_rms_um", clean.rms_um, "um"},
-            {"field_noise_free_max_um", clean.max_um, "um"},
-            {"field_without_depth_max_um", flat.max_um, "um"}};
+    std::vector<Figure> figures{{"field_residual_rms_um", noisy.rms_um, "um"},
+                                {"field_residual_max_um", noisy.max_um, "um"},
+                                {"field_noise_free_rms_um", clean.rms_um, "um"},
+                                {"field_noise_free_max_um", clean.max_um, "um"},
+                                {"field_without_depth_max_um", flat.max_um, "um"}};
+    const std::vector<Figure> pulses = bench_pulses(options);
+    figures.insert(figures.end(), pulses.begin(), pulses.end());
+    return figures;
 }
 
 }  // namespace sc::host::cli

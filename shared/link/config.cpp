@@ -19,15 +19,16 @@ constexpr void visit_axis(Visitor& v, Config& a) noexcept {
 }
 template <class Visitor, class Config>
 constexpr void visit_galvo(Visitor& v, Config& g) noexcept {
-    auto& [half_field, speed, acceleration, jerk, counts, latency, convention, word] = g;
+    auto& [half_field, speed, acceleration, jerk, counts, latency, convention, word, frequency, damping] = g;
     v(half_field), v(speed), v(acceleration), v(jerk), v(counts), v(latency), v(convention), v(word);
+    v(frequency), v(damping);
 }
 template <class Visitor, class Config>
 constexpr void visit_laser(Visitor& v, Config& l) noexcept {
     auto& [power, prr_min, prr_nominal, warning, mo_wait, latency, mark_speed_min, guide_speed, shutter_time,
-           latch_setup, latch_width, source] = l;
+           latch_setup, latch_width, source, power_byte] = l;
     v(power), v(prr_min), v(prr_nominal), v(warning), v(mo_wait), v(latency), v(mark_speed_min);
-    v(guide_speed), v(shutter_time), v(latch_setup), v(latch_width), v(source);
+    v(guide_speed), v(shutter_time), v(latch_setup), v(latch_width), v(source), v(power_byte);
 }
 template <class Visitor, class Config>
 constexpr void visit_keep_out(Visitor& v, Config& k) noexcept {
@@ -79,6 +80,7 @@ struct Writer {
     void operator()(const GalvoConvention& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const GalvoWord& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const LaserSource& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
+    void operator()(const PowerByte& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
 };
 struct Reader {
     ByteReader& in;
@@ -108,6 +110,13 @@ struct Reader {
         const auto code = in.get<std::uint8_t>();
         value = static_cast<LaserSource>(code);
         if (code > static_cast<std::uint8_t>(LaserSource::jpt)) {
+            in.fail();
+        }
+    }
+    void operator()(PowerByte& value) noexcept {
+        const auto code = in.get<std::uint8_t>();
+        value = static_cast<PowerByte>(code);
+        if (code > static_cast<std::uint8_t>(PowerByte::pulse_energy)) {
             in.fail();
         }
     }
@@ -145,9 +154,19 @@ bool axes_are_sound(const MachineConfig& m) noexcept {
     return finite(m.y_retracted.si()) && m.y_retracted.si() >= y.travel_min && m.y_retracted.si() <= y.travel_max;
 }
 
+/// The lag of the servo is a part of the latency, and a servo so damped is none.
+bool servo_is_sound(const GalvoConfig& g) noexcept {
+    const double frequency = g.natural_frequency.si();
+    if (frequency == 0.0) {
+        return not_negative(g.damping);
+    }
+    return positive(frequency) && g.damping >= 0.1 && g.damping <= 10.0 &&
+           galvo_lead(g, 0).per_velocity <= static_cast<double>(g.latency_ns) * 1e-9;
+}
+
 bool galvo_is_sound(const GalvoConfig& g) noexcept {
-    return not_negative(g.half_field.si()) && positive(g.speed.si()) && positive(g.acceleration.si()) &&
-           positive(g.jerk.si()) && positive(g.counts_per_metre) && g.latency_ns >= 0;
+    return servo_is_sound(g) && not_negative(g.half_field.si()) && positive(g.speed.si()) &&
+           positive(g.acceleration.si()) && positive(g.jerk.si()) && positive(g.counts_per_metre) && g.latency_ns >= 0;
 }
 
 /// A strobe is over long before the next tick.

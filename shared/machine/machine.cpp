@@ -47,6 +47,8 @@ MachineConfig reference_machine() noexcept {
     m.galvo.counts_per_metre = 65536.0 / 0.124;
     m.galvo.latency_ns = 160'000;
     m.galvo.convention = GalvoConvention::offset_binary;
+    m.galvo.natural_frequency = 2_kHz;
+    m.galvo.damping = 0.75;
 
     m.laser.power = 80.0_W;
     m.laser.prr_min = 20_kHz;
@@ -70,6 +72,16 @@ MachineConfig reference_machine() noexcept {
     m.keep_out[0] = {{-0.460, -0.410, -0.510}, {0.010, 0.010, -0.480}};
     m.keep_out_count = 1;
     return m;
+}
+
+GalvoLead galvo_lead(const GalvoConfig& galvo, std::int64_t frame_period_ns) noexcept {
+    constexpr double kTwoPi = 6.2831853071795862;
+    const double omega = kTwoPi * galvo.natural_frequency.si();
+    if (!(omega > 0.0)) {
+        return {};
+    }
+    const double period = static_cast<double>(frame_period_ns) * 1e-9;
+    return {2.0 * galvo.damping / omega, 1.0 / (omega * omega) - period * period * (1.0 / 24.0)};
 }
 
 }  // namespace sc

@@ -49,9 +49,27 @@ struct GalvoConfig {
     Acceleration acceleration;
     Jerk jerk;
     double counts_per_metre = 0.0;  ///< 16-bit counts per metre at the surface, whatever the word's format
-    std::int64_t latency_ns = 0;    ///< transport delay plus lag, as a time
+    std::int64_t latency_ns = 0;    ///< behind the frames at constant speed: hold of a frame, transport delay and lag
     GalvoConvention convention = GalvoConvention::unset;
     GalvoWord word = GalvoWord::bits16;
+    /// Of the servo of each mirror, a second-order one; its lag 2 · damping / (2π f) is part of latency_ns. Frames then
+    /// lead by its inverse. 0: unknown, and latency_ns alone is made up for.
+    Frequency natural_frequency;
+    double damping = 0.0;
+};
+
+/// What a frame leads its place by, so that a second-order servo is where it should be: place + velocity · per_velocity
+/// + acceleration · per_acceleration. Zero where the servo is not known.
+struct GalvoLead {
+    double per_velocity = 0.0;      ///< s: 2 · damping / ω
+    double per_acceleration = 0.0;  ///< s²: 1 / ω², less what holding a command for a frame does (period² / 24)
+};
+[[nodiscard]] GalvoLead galvo_lead(const GalvoConfig& galvo, std::int64_t frame_period_ns) noexcept;
+
+/// What the power byte of a source sets.
+enum class PowerByte : std::uint8_t {
+    average_power = 0,  ///< the energy of a pulse falls with the rate, so the byte goes with it
+    pulse_energy = 1,   ///< at any rate; the byte stays
 };
 
 /// Whose source it is: how its status pins read (source_status.hpp). none: its pins are not wired.
@@ -71,6 +89,7 @@ struct LaserConfig {
     std::int64_t latch_setup_ns = 0;   ///< the power byte stands on its lines so long before the latch rises
     std::int64_t latch_width_ns = 0;   ///< and the latch stays up so long
     LaserSource source = LaserSource::none;
+    PowerByte power_byte = PowerByte::average_power;
 };
 
 /// Axis-aligned box in h that the laser focus must not enter.

@@ -9,5 +9,5 @@ sc_test(boards_sim_plant_test LABEL unit
     ${dir}/plant/galvo_test.cpp ${dir}/plant/laser_test.cpp ${dir}/plant/serial_wire_test.cpp
     ${dir}/plant/shutter_test.cpp ${dir}/plant/source_pins_test.cpp
   DEPS boards_sim_plant firmware_safety)
-sc_test(boards_sim_trace_file_test LABEL unit SOURCES ${dir}/trace_file_test.cpp DEPS boards_sim)
+sc_test(boards_sim_trace_file_test LABEL unit SOURCES ${dir}/machine_keys_test.cpp ${dir}/trace_file_test.cpp DEPS boards_sim)
 sc_test(boards_sim_camera_test LABEL unit SOURCES ${dir}/camera/plate_camera_test.cpp DEPS boards_sim_camera)

@@ -21,3 +21,6 @@ sc_test(host_verification_motion_test LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/host/verification/motion_trace_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/verification/path_deviation_test.cpp
   DEPS host_verification)
+sc_test(host_verification_pulses_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/pulse_checker_test.cpp
+  DEPS host_verification)

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <string>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -9,18 +12,22 @@ namespace {
 
 using nlohmann::json;
 
-TEST(BenchLaser, FieldCorrectionMeetsWhatIsAskedAndItsThirdDimensionEarnsIt) {
+TEST(BenchLaser, FieldAndPulsesMeetWhatIsAskedAndEachPartEarnsIt) {
     Program bench("scribecell", {"bench", "laser", "--json"});
     EXPECT_EQ(bench.wait(), 0) << bench.out() << bench.err();
     const json object = json::parse(bench.out());
-    ASSERT_EQ(object.at("figures").size(), 5U);
+    ASSERT_EQ(object.at("figures").size(), 20U);
+    std::map<std::string, double> value;
     for (const json& figure : object.at("figures")) {
         EXPECT_TRUE(figure.at("met").get<bool>()) << figure.dump();
-        if (figure.at("name") == "field_without_depth_max_um") {
-            // Without depth the figure that is asked of the correction fails by far.
-            EXPECT_GT(figure.at("value").get<double>(), 10.0 * 10.0);
-        }
+        value[figure.at("name").get<std::string>()] = figure.at("value").get<double>();
     }
+    // With a part switched off, the figure that is asked of it fails by far.
+    EXPECT_GT(value.at("field_without_depth_max_um"), 10.0 * 10.0);
+    EXPECT_GT(value.at("placement_without_lag_peak_um"), 100.0 * value.at("placement_peak_um"));
+    EXPECT_GT(value.at("placement_time_only_peak_um"), 10.0 * value.at("placement_peak_um"));
+    EXPECT_GT(value.at("pitch_without_lag_peak_pct"), 10.0 * value.at("pitch_error_peak_pct"));
+    EXPECT_GT(value.at("energy_without_law_pct"), 10.0 * value.at("energy_error_pct"));
 }
 
 TEST(CalibrateGalvoField, WritesASetThatAJobRunsOn) {

@@ -180,6 +180,17 @@ TEST(Firing, FollowsAMeasuredCurveAndKeepsTheEnergy) {
     }
 }
 
+TEST(FiringRule, TheByteStaysWhereItSetsTheEnergyOfAPulse) {
+    PulseSpec s = spec();
+    s.power_byte = PowerByte::pulse_energy;
+    const std::uint32_t byte = firing_at(1.6, s).power;
+    EXPECT_EQ(byte, firing_at(1.6, spec()).power) << "at the nominal rate both mean the same";
+    for (double v = 0.05; v <= 1.6; v += 0.01) {
+        ASSERT_EQ(firing_at(v, s).power, byte) << v;
+        ASSERT_EQ(firing_at(v, s).pick, firing_at(v, spec()).pick) << v;
+    }
+}
+
 TEST(Firing, IsImpossibleBelowTheLowestSpeedAndAboveTheHighestRate) {
     EXPECT_FALSE(firing_at(1.99e-3, spec()).possible);
     EXPECT_FALSE(firing_at(0.0, spec()).possible);

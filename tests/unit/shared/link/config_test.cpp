@@ -98,6 +98,12 @@ const std::vector<Bad>& bad_configs() {
         {"field negative", [](MachineConfig& m) { m.galvo.half_field = Length::from_si(-0.01); }},
         {"galvo counts infinite", [](MachineConfig& m) { m.galvo.counts_per_metre = kInf; }},
         {"galvo speed 0", [](MachineConfig& m) { m.galvo.speed = {}; }},
+        {"galvo frequency negative",
+         [](MachineConfig& m) { m.galvo.natural_frequency = sc::Frequency::from_si(-1.0); }},
+        {"galvo frequency NaN", [](MachineConfig& m) { m.galvo.natural_frequency = sc::Frequency::from_si(kNan); }},
+        {"galvo damping 0", [](MachineConfig& m) { m.galvo.damping = 0.0; }},
+        {"galvo damping NaN", [](MachineConfig& m) { m.galvo.damping = kNan; }},
+        {"galvo servo slower than its latency", [](MachineConfig& m) { m.galvo.latency_ns = 119'000; }},
         {"laser power 0", [](MachineConfig& m) { m.laser.power = {}; }},
         {"pulse rates crossed", [](MachineConfig& m) { m.laser.prr_min = 2.0 * m.laser.prr_nominal; }},
         {"guide speed 0", [](MachineConfig& m) { m.laser.guide_speed_max = {}; }},
@@ -139,6 +145,22 @@ TEST(Config, TheLasersSourceComesBackAndAnUnknownOneIsRefused) {
     EXPECT_EQ(deserialise(bytes_of(machine))->laser.source, sc::LaserSource::raycus);
     machine.laser.source = static_cast<sc::LaserSource>(4);
     EXPECT_EQ(deserialise(bytes_of(machine)).error(), Refusal::bad_config);
+}
+
+TEST(Config, RefusesAnUnknownMeaningOfThePowerByte) {
+    MachineConfig machine = sc::reference_machine();
+    machine.laser.power_byte = static_cast<sc::PowerByte>(2);
+    EXPECT_EQ(deserialise(bytes_of(machine)).error(), Refusal::bad_config);
+}
+
+TEST(Config, AGalvoWhoseServoIsUnknownIsSound) {
+    MachineConfig machine = sc::reference_machine();
+    machine.galvo.natural_frequency = {};
+    machine.galvo.damping = 0.0;
+    EXPECT_EQ(check(machine), Refusal::none);
+    const sc::GalvoLead lead = sc::galvo_lead(machine.galvo, machine.galvo_period_ns);
+    EXPECT_EQ(lead.per_velocity, 0.0);
+    EXPECT_EQ(lead.per_acceleration, 0.0);
 }
 
 TEST(Config, AnUnusedKeepOutMayHoldAnything) {
