@@ -102,8 +102,8 @@ private:
         std::vector<bool> corner;    ///< within `edge` of an edge between faces
     };
     [[nodiscard]] FineLine refined(std::span<const SurfacePlace> places, bool closed) const;
-    /// Why a face does not burn a place of a line. A face along the plane (sway 0) may where an error of height would
-    /// move the mark off the plane before another.
+    /// Why a face does not burn a place of a line. `sway`: how far an error along the beam leads off the plane, a sine;
+    /// near 0 the face lies along the plane, and the corners of the line and a poorly seen surface do not count.
     [[nodiscard]] Unreached why_not(const FineLine& line, std::size_t i, std::size_t face, double sway) const;
     /// Which places of a line each face may burn, and which of them a face along the line's plane does.
     struct Reached {

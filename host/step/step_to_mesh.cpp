@@ -126,7 +126,9 @@ int run(const char* path, double deflection) {
 
 #ifdef SC_SANITIZED
 /// Open CASCADE keeps its tables until the process ends, which a check for leaks would call one.
-extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }  // NOLINT: its name is given
+extern "C" const char* __asan_default_options() {
+    return "detect_leaks=0";
+}  // NOLINT(bugprone-reserved-identifier): given
 #endif
 
 int main(int argc, char** argv) {
