@@ -59,6 +59,8 @@ struct Words {
     std::string what_if;
     std::string lines;
     std::string calibration;
+    std::string recipe;
+    std::string entry;
     std::string faces;
     std::string report;
     std::string map;
@@ -203,6 +205,22 @@ std::vector<double> angles(const std::string& text) {
     return out;
 }
 
+/// Of a recipe's entry; of its only one if none is named.
+MarkSettings settings_from(const std::string& file, const std::string& id) {
+    const Recipe recipe = read_recipe(file);
+    if (id.empty() && recipe.entries.size() == 1) {
+        return recipe.entries.front().settings;
+    }
+    const RecipeEntry* entry = find_entry(recipe, id);
+    if (entry == nullptr) {
+        throw InputError({.file = file,
+                          .problem = id.empty() ? "the recipe has several entries" : "is not in the recipe",
+                          .value = id,
+                          .action = "name one of them with --entry: " + entry_ids(recipe)});
+    }
+    return entry->settings;
+}
+
 /// Files besides the answer; what became of the lines.
 struct Outputs {
     LineFiles files;
@@ -239,6 +257,9 @@ Outputs write_outputs(const Inspection& inspection, const DistanceField& field, 
         out.files.folder = words.lines;
         if (!words.calibration.empty()) {
             out.files.calibration = words.calibration;
+        }
+        if (!words.recipe.empty()) {
+            out.files.settings = settings_from(words.recipe, words.entry);
         }
         out.files.faces = angles(words.faces);
         out.files.incidence_deg = words.incidence_deg;
@@ -334,6 +355,9 @@ void add_inspect(CLI::App& app, int& exit_code) {
         ->type_name("DIR");
     sub->add_option("--calibration", words->calibration, "of the cell that burns them (h_from_c, turntable)")
         ->type_name("FILE");
+    auto* recipe =
+        sub->add_option("--recipe", words->recipe, "laser recipe: how the lines are burnt")->type_name("FILE");
+    sub->add_option("--entry", words->entry, "of the recipe, if it has several")->type_name("ID")->needs(recipe);
     sub->add_option("--faces", words->faces, "turntable faces to burn from (default: 0,90,180,270)")
         ->type_name("DEG,...");
     sub->add_option("--incidence-deg", words->incidence_deg, "largest angle between beam and surface normal")

@@ -101,6 +101,8 @@ std::optional<LineJob> write_lines(const Inspection& inspection, std::span<const
     ReachOptions options;
     options.faces = files.faces.empty() ? options.faces : files.faces;
     options.incidence_deg = files.incidence_deg;
+    const MarkSettings settings = files.settings.value_or(settings_of_lines());
+    options.edge += 0.5 * settings.width.si();
     const std::vector<LineToBurn> to_burn = in_c(inspection);
     if (files.plain) {
         options.edge = options.unseen_rim = 0.0;
@@ -114,7 +116,7 @@ std::optional<LineJob> write_lines(const Inspection& inspection, std::span<const
     std::ranges::sort(options.faces);
     options.faces.erase(std::ranges::unique(options.faces).begin(), options.faces.end());
     const BeamReach reach(calibration, reference_machine(), scan, options);
-    LineJob lines = line_job(to_burn, reach, settings_of_lines());
+    LineJob lines = line_job(to_burn, reach, settings);
     if (lines.paths.empty()) {
         const std::string why = lines.missed.empty() ? "" : std::string(name_of(lines.missed.front().piece.why));
         throw InputError({.file = files.calibration->string(),

@@ -18,6 +18,7 @@ struct LineFiles {
     std::optional<std::filesystem::path> calibration;  ///< none: no job
     std::vector<double> faces;                         ///< degrees
     double incidence_deg = 60.0;
+    std::optional<MarkSettings> settings{};  ///< none: as the datum lines of the example
     bool plain = false;  ///< the faces given alone, nothing kept from edges or from poorly seen surface
 };
 

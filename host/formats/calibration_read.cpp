@@ -14,6 +14,8 @@ namespace {
 constexpr std::array kUnits{kMillimetre, kMetre, kInch};
 constexpr Limits kResidualUm{0.0, 1e6};
 constexpr Limits kSigmaUm{1e-6, 1e6};
+constexpr Limits kWaistUm{1.0, 1000.0};
+constexpr Limits kRayleighMm{0.001, 1e6};
 constexpr Limits kSquarenessMrad{-50.0, 50.0};
 constexpr Limits kScalePpm{-50'000.0, 50'000.0};
 
@@ -235,6 +237,16 @@ PowerRecord read_power(TomlReader& table) {
     return out;
 }
 
+BeamRecord read_beam(TomlReader& table) {
+    BeamRecord out;
+    out.waist = table.number("waist_um", kWaistUm) / 1e6;
+    out.rayleigh_length = table.number("rayleigh_mm", kRayleighMm) / 1e3;
+    out.time = table.time("time");
+    out.note = table.text_or("note", "");
+    table.finish();
+    return out;
+}
+
 void read_transforms(TomlReader& root, CalibrationSet& set) {
     std::set<std::string> seen;
     for (TomlReader& table : root.tables("transform")) {
@@ -296,6 +308,9 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
     }
     if (auto table = root.table_if("power")) {
         set.power = read_power(*table);
+    }
+    if (auto table = root.table_if("beam")) {
+        set.beam = read_beam(*table);
     }
     read_sensors(root, set);
     root.finish();

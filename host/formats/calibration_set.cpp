@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/formats/calibration_set.hpp"
 
+#include <cmath>
+
 #include "host/formats/error.hpp"
 
 namespace sc::host {
@@ -68,6 +70,10 @@ Compensation compensation_of(const CalibrationSet& set) {
         out.galvo_offset = {-(g[0] * o[0] + g[1] * o[1]), -(g[2] * o[0] + g[3] * o[1])};
     }
     return out;
+}
+
+double BeamRecord::depth_within(double tolerance) const noexcept {
+    return rayleigh_length * std::sqrt(tolerance / (1.0 - tolerance));
 }
 
 PowerCurve power_curve_of(const CalibrationSet& set) { return set.power ? set.power->curve : PowerCurve{}; }

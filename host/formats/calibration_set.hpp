@@ -124,6 +124,18 @@ struct PowerRecord {
     bool operator==(const PowerRecord&) const = default;
 };
 
+/// The beam about its focus: its radius is √2 waists one Rayleigh length off focus, its peak fluence half.
+struct BeamRecord {
+    double waist = 0.0;            ///< 1/e² radius in focus, metres
+    double rayleigh_length = 0.0;  ///< metres
+    std::string time;
+    std::string note;  ///< how measured
+    bool operator==(const BeamRecord&) const = default;
+
+    /// Metres off focus at which the peak fluence is less by this share: z = z_R √(τ / (1 − τ)).
+    [[nodiscard]] double depth_within(double tolerance) const noexcept;
+};
+
 struct CalibrationSet {
     std::filesystem::path file;  ///< where it was read
     std::string id;
@@ -138,6 +150,7 @@ struct CalibrationSet {
     std::optional<GalvoRecord> galvo;
     std::optional<GalvoFieldRecord> galvo_field;  ///< is used in place of `galvo` where it is there
     std::optional<PowerRecord> power;
+    std::optional<BeamRecord> beam;
     std::optional<SensorRay> y_sensor;
     std::vector<SensorRay> triple_head;  ///< none or three
 

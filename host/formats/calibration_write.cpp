@@ -135,6 +135,14 @@ void write_power(TomlWriter& out, const PowerRecord& record) {
     out.text_unless_empty("note", record.note);
 }
 
+void write_beam(TomlWriter& out, const BeamRecord& record) {
+    out.table("beam");
+    out.number("waist_um", record.waist, 1e6);
+    out.number("rayleigh_mm", record.rayleigh_length, 1e3);
+    out.text("time", record.time);
+    out.text_unless_empty("note", record.note);
+}
+
 void write_ray(TomlWriter& out, const SensorRay& ray) {
     out.text("id", ray.id);
     out.vector("origin_mm", ray.origin.v, 1e3);
@@ -165,6 +173,9 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     }
     if (set.power) {
         write_power(out, *set.power);
+    }
+    if (set.beam) {
+        write_beam(out, *set.beam);
     }
     if (set.y_sensor) {
         out.table("y_sensor");

@@ -85,15 +85,15 @@ std::vector<JobFace> read_faces(TomlReader& root) {
     return faces;
 }
 
-void read_settings(TomlReader& root, Job& job) {
+void read_settings(TomlReader& root, Job& job, const Recipe* recipe) {
     if (auto table = root.table_if("cross")) {
         const Length size = Length::from_si(table->number("size_mm", kCrossSizeMm) / 1e3);
-        job.cross = CrossSettings{size, read_mark_settings(*table)};
+        job.cross = CrossSettings{size, read_mark_settings(*table, recipe)};
         table->finish();
     }
     if (auto table = root.table_if("datum_line")) {
         const Length length = Length::from_si(table->number("length_mm", kLineLengthMm) / 1e3);
-        job.datum_line = DatumLineSettings{length, read_mark_settings(*table)};
+        job.datum_line = DatumLineSettings{length, read_mark_settings(*table, recipe)};
         table->finish();
     }
     if (!job.cross && !job.datum_line && !root.has("path")) {
@@ -141,7 +141,7 @@ void check_alignment(const Job& job) {
     }
 }
 
-JobPath read_path(TomlReader& table, std::size_t number) {
+JobPath read_path(TomlReader& table, std::size_t number, const Recipe* recipe) {
     JobPath path;
     path.line = table.line();
     path.name = table.text_or("name", "path " + std::to_string(number));
@@ -156,15 +156,15 @@ JobPath read_path(TomlReader& table, std::size_t number) {
         path.steps = read_steps(table);
     }
     path.arc_fit = table.number_or("arc_fit", 0.0, kArcFit);
-    path.settings = read_mark_settings(table);
+    path.settings = read_mark_settings(table, recipe);
     table.finish();
     return path;
 }
 
-std::vector<JobPath> read_free_paths(TomlReader& root) {
+std::vector<JobPath> read_free_paths(TomlReader& root, const Recipe* recipe) {
     std::vector<JobPath> paths;
     for (TomlReader& table : root.tables("path")) {
-        JobPath path = read_path(table, paths.size() + 1);
+        JobPath path = read_path(table, paths.size() + 1, recipe);
         const auto same = [&path](const JobPath& other) { return other.name == path.name; };
         if (std::ranges::any_of(paths, same)) {
             table.fail("name", "appears twice", shortened(path.name), "give every path a name of its own");
@@ -188,13 +188,18 @@ Job parse_job(const std::filesystem::path& path, std::string_view text) {
     Job job;
     job.file = path;
     job.name = root.text("name");
-    read_settings(root, job);
+    std::optional<Recipe> recipe;
+    if (root.has("recipe")) {
+        recipe = read_recipe(beside(job.file, root.text("recipe")));
+    }
+    const Recipe* named = recipe ? &*recipe : nullptr;
+    read_settings(root, job, named);
     if (auto table = root.table_if("alignment")) {
         job.c_from_w = Rigid<frame::C, frame::W>{table->rotation("rotation"), table->vector_mm("translation_mm")};
         table->finish();
     }
     job.faces = read_faces(root);
-    job.paths = read_free_paths(root);
+    job.paths = read_free_paths(root, named);
     check_faces(job);
     read_files(root, job);
     check_alignment(job);

@@ -82,8 +82,8 @@ struct Job {
 };
 
 /// Throws InputError for a missing file, TOML that does not parse, a missing, unknown or repeated key, a value out of
-/// its range, a rotation that is none, `w` without alignment, nothing to burn, the same face twice, a path of fewer
-/// than two places. The files that the job names are not opened.
+/// its range, an entry that the recipe does not have, a rotation that is none, `w` without alignment, nothing to burn,
+/// the same face twice, a path of fewer than two places. Of the files that the job names only its recipe is opened.
 [[nodiscard]] Job read_job(const std::filesystem::path& path);
 /// Writes paths relative to the new file's folder. Throws InputError if it cannot be written.
 void write_job(const std::filesystem::path& path, const Job& job);

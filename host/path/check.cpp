@@ -266,6 +266,29 @@ std::uint8_t check_settings(const PlannedPath& path, const Job& job, const Machi
     return pick;
 }
 
+void check_depth(const PlannedPath& path, const BeamRecord& beam) {
+    if (path.settings.actuator != Actuator::galvo) {
+        return;  // y follows the surface
+    }
+    const double tolerance = path.settings.fluence_tolerance;
+    const double window = beam.depth_within(tolerance);
+    for (const std::vector<Piece>& stroke : strokes_of(path)) {
+        for (const Piece& piece : stroke) {
+            const Bounds bounds = bounds_of(piece);
+            const double off = std::max(bounds.high.y - path.centre.v.y, path.centre.v.y - bounds.low.y);
+            if (off > window) {
+                refuse_place(at_line(path, piece.line),
+                             fmt::format("{}: the surface leaves the depth in which the fluence stays within {:.4g} %",
+                                         what(path), 100.0 * tolerance),
+                             fmt::format("{:.3f} mm off focus", 1e3 * off),
+                             fmt::format("keep y within {:.3f} mm of its middle, raise fluence_tolerance_pct, or use "
+                                         "actuator \"axes\", where y follows the surface",
+                                         1e3 * window));
+            }
+        }
+    }
+}
+
 void check_places(const PlannedPath& path, const MachineConfig& machine, const Compensation& compensation) {
     const std::vector<Piece> pieces = pieces_of(path);
     const Vec3 first = pieces.front().direction(0.0);

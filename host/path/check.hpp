@@ -21,6 +21,9 @@ namespace sc::host {
 /// pulse for which the source runs within its range.
 [[nodiscard]] std::uint8_t check_settings(const PlannedPath& path, const Job& job, const MachineConfig& machine);
 
+/// The depth of a galvo path about its anchor against the window of its fluence tolerance.
+void check_depth(const PlannedPath& path, const BeamRecord& beam);
+
 /// Places, extreme points of arcs and ends with run-in, and the anchor of a galvo path, against travel, field and
 /// keep-out volumes. `compensation` moves set-points a little off the places; the set-points are what must fit.
 void check_places(const PlannedPath& path, const MachineConfig& machine, const Compensation& compensation);

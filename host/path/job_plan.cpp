@@ -12,6 +12,7 @@
 #include "host/path/check.hpp"
 #include "host/path/face_places.hpp"
 #include "host/path/free_path.hpp"
+#include "host/path/line_width.hpp"
 #include "host/path/plane.hpp"
 #include "host/path/profile.hpp"
 #include "host/path/route.hpp"
@@ -107,6 +108,7 @@ private:
         }
         const FacePlane plane = fit_plane(centres);
         if (job_.cross) {
+            refuse_wide_cross();
             for (const std::size_t i : nearest_first(at_, centres)) {
                 add_cross(face, places.markers[i], plane);
             }
@@ -157,6 +159,15 @@ private:
         }
     }
 
+    void refuse_wide_cross() const {
+        if (job_.cross->settings.width.si() > 0.0) {
+            throw InputError({.file = job_.file.string(),
+                              .problem = "a cross is measured, so it has one stroke each way",
+                              .value = fmt::format("width {:.6g} um", 1e6 * job_.cross->settings.width.si()),
+                              .action = "take width_um out of [cross]"});
+        }
+    }
+
     void add_cross(const JobFace& face, const MarkerPlace& marker, const FacePlane& plane) {
         const double half = 0.5 * job_.cross->size.si();
         const Vec3 c = marker.place.v;
@@ -191,14 +202,16 @@ private:
                               .action = fmt::format("make it {:.6g} mm or longer", 1e3 * kShortestDatumLine)});
         }
         const Stroke ordered = nearer_end_first(at_, line);
+        const bool wide = job_.datum_line->settings.width.si() > 0.0;
         add_path({.face_deg = face.angle_deg,
-                  .kind = PathKind::datum_line,
+                  .kind = wide ? PathKind::free_path : PathKind::datum_line,
                   .marker = 0,
                   .centre = {0.5 * (line.from + line.to)},
                   .from = {ordered.from},
                   .to = {ordered.to},
                   .settings = job_.datum_line->settings,
-                  .source = source});
+                  .source = source,
+                  .name = wide ? fmt::format("datum line of face {}", face.angle_deg) : std::string{}});
     }
 
     /// On the plane, at the centroid's z, centred there, but moved along x so that it and its run-in stay in travel.
@@ -228,20 +241,58 @@ private:
 
     void add_path(PlannedPath path) {
         path.id = static_cast<std::uint32_t>(plan_.paths.size());
-        check_places(path, machine_, compensation_);
-        path.pick = check_settings(path, job_, machine_);
-        take_width(path);
+        widen(path);
+        const std::vector<std::vector<Piece>> strokes = strokes_of(path);
+        for (const std::vector<Piece>& stroke : strokes) {
+            const PlannedPath one = stroke_of(path, stroke);
+            check_places(one, machine_, compensation_);
+            path.pick = check_settings(one, job_, machine_);
+        }
+        if (calibration_.beam) {
+            check_depth(path, *calibration_.beam);
+        }
+        take_pulse_width(path);
         path.first_item = plan_.items.size();
-        const std::vector<Piece> pieces = pieces_of(path);
+        std::uint8_t number = 0;
         for (std::uint8_t pass = 0; pass < path.settings.passes; ++pass) {
-            add_pass(path, pieces, pass);
-            count(path, pieces);
+            for (const std::vector<Piece>& stroke : strokes) {
+                add_pass(path, stroke, number++);
+                count(path, stroke);
+            }
         }
         path.item_count = plan_.items.size() - path.first_item;
         plan_.paths.push_back(std::move(path));
     }
 
-    void take_width(const PlannedPath& path) {
+    /// The strokes of a wide line.
+    void widen(PlannedPath& path) const {
+        if (!(path.settings.width.si() > 0.0)) {
+            return;
+        }
+        try {
+            Strokes strokes = strokes_of(pieces_of(path), path.settings);
+            path.strokes = std::move(strokes.pieces);
+            path.settings.tolerance = Length::from_si(strokes.tolerance);
+        } catch (const LineWidthError& error) {
+            throw InputError({.file = path.source.file.string(),
+                              .line = error.line != 0 ? error.line : path.source.line,
+                              .problem = fmt::format("path \"{}\": {}", path.name, error.what()),
+                              .value = error.value,
+                              .action = error.action});
+        }
+    }
+
+    /// One stroke of a wide line, or the line, as a path.
+    static PlannedPath stroke_of(const PlannedPath& path, const std::vector<Piece>& stroke) {
+        PlannedPath one = path;
+        one.strokes.clear();
+        one.pieces = stroke;
+        one.from = {stroke.front().from};
+        one.to = {stroke.back().to};
+        return one;
+    }
+
+    void take_pulse_width(const PlannedPath& path) {
         const std::uint16_t width = path.settings.pulse_width_ns;
         if (!plan_.paths.empty() && width != plan_.pulse_width_ns) {
             throw InputError({.file = job_.file.string(),
@@ -269,7 +320,7 @@ private:
             begin.anchor_z = anchor.z;
         }
         plan_.items.emplace_back(begin);
-        plan_.items.emplace_back(wire_point(path.from.v));
+        plan_.items.emplace_back(wire_point(pieces.front().from));
         for (const Piece& piece : pieces) {
             add_piece(piece);
         }
@@ -297,7 +348,7 @@ private:
         const Vec3 last = pieces.back().direction(1.0);
         const bool galvo = s.actuator == Actuator::galvo;
         const double run_in = speed_up_distance(s.speed.si(), limits_along(direction, s.actuator, machine_));
-        const Vec3 start = galvo ? path.centre.v : path.from.v - run_in * direction;
+        const Vec3 start = galvo ? path.centre.v : pieces.front().from - run_in * direction;
         double way = 0.0;
         for (std::size_t i = 0; i < 3; ++i) {
             way = std::max(way, move_time(start[i] - at_[i], limits_of(machine_.axis[i])));
@@ -307,7 +358,7 @@ private:
         plan_.expected_seconds_estimate += way + settle + mark;
         plan_.marked_metres += length;
         plan_.expected_pulses += static_cast<std::uint64_t>(std::floor(length / s.pitch.si() + 1e-9)) + 1;
-        at_ = galvo ? path.centre.v : path.to.v + run_in * last;
+        at_ = galvo ? path.centre.v : pieces.back().to + run_in * last;
     }
 
     const Job& job_;
@@ -335,6 +386,10 @@ std::string_view name_of(PathKind kind) noexcept {
 
 std::vector<Piece> pieces_of(const PlannedPath& path) {
     return path.pieces.empty() ? std::vector<Piece>{{path.from.v, path.to.v, std::nullopt, 0}} : path.pieces;
+}
+
+std::vector<std::vector<Piece>> strokes_of(const PlannedPath& path) {
+    return path.strokes.empty() ? std::vector<std::vector<Piece>>{pieces_of(path)} : path.strokes;
 }
 
 JobPlan plan_job(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,

@@ -44,11 +44,14 @@ struct PlannedPath {
     std::size_t first_item = 0;
     std::size_t item_count = 0;  ///< all passes
     Source source;
-    std::string name{};           ///< of a free path
-    std::vector<Piece> pieces{};  ///< of a free path; others are straight from `from` to `to`
+    std::string name{};                         ///< of a free path
+    std::vector<Piece> pieces{};                ///< of a free path; others are straight from `from` to `to`
+    std::vector<std::vector<Piece>> strokes{};  ///< of a wide line, in the order of a pass; empty: the pieces
 };
 /// Of what a path consists, straight or not.
 [[nodiscard]] std::vector<Piece> pieces_of(const PlannedPath& path);
+/// What a pass burns: each stroke of a wide line, or the pieces.
+[[nodiscard]] std::vector<std::vector<Piece>> strokes_of(const PlannedPath& path);
 
 struct JobPlan {
     std::vector<Item> items;
@@ -70,15 +73,17 @@ struct PlanOptions {
 
 /// Plans a job. For each face in the job's order: Turn, then a cross at every point (the stroke along x and the stroke
 /// along z, on the plane through the face's points), nearest first, then the datum line, then its free paths as given.
-/// A pure function but for reading the points files that the job names.
+/// Each stroke of a wide line counts as a pass of its path; a wide datum line is a free path by kind. A pure function
+/// but for reading the points files that the job names.
 ///
 /// Throws InputError for: a face filter that the job does not have; a face whose C is out of travel; a face without
 /// points or datum line; points or ends that the travel cannot reach with their run-in, or that lie in a keep-out
 /// volume; points that look like inches or metres; strokes larger than the galvo's field; speeds above an actuator's
 /// limit or below the laser's least marking speed; a pulse rate that no whole multiple brings into the source's range;
 /// a pulse energy above what its power gives at that rate; pulse widths that differ; a datum line under 60 mm; an
-/// incomplete calibration; a path that repeats a place, an arc through places on one line or wider than 100 m, arcs
-/// with a tolerance under 0.1 µm.
+/// incomplete calibration; a wide cross, and what strokes_of refuses; a galvo path whose depth leaves the window of its
+/// fluence tolerance, where the calibration knows the beam; a path that repeats a place, an arc through places on one
+/// line or wider than 100 m, arcs with a tolerance under 0.1 µm.
 [[nodiscard]] JobPlan plan_job(const Job& job, const VerificationTable& table, const CalibrationSet& calibration,
                                const MachineConfig& machine, const PlanOptions& options = {});
 

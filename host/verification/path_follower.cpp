@@ -22,7 +22,10 @@ constexpr std::size_t kProbes = 32;  ///< pulses of a run by which its path is f
 /// Pieces with boxes around blocks of them, for the one next to a place.
 class Route {
 public:
-    explicit Route(const PlannedPath& path) : pieces_(pieces_of(path)) {
+    explicit Route(const PlannedPath& path) {
+        for (const std::vector<Piece>& stroke : strokes_of(path)) {
+            pieces_.insert(pieces_.end(), stroke.begin(), stroke.end());
+        }
         starts_.push_back(0.0);
         for (std::size_t i = 0; i < pieces_.size(); ++i) {
             const Bounds bounds = bounds_of(pieces_[i]);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 sc_test(host_path_parts_test LABEL unit
-  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/path/check_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/plane_test.cpp
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/path/check_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/line_width_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/plane_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/path/profile_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/route_test.cpp
   DEPS host_path)
 sc_test(host_path_job_plan_test LABEL unit

@@ -114,6 +114,42 @@ TEST_F(FreePaths, AreRefusedWithTheirPlace) {
         << repeated.err();
 }
 
+/// A hatch of three strokes by the axes, round a corner, and a wobble by the mirrors.
+TEST_F(FreePaths, AreBurntAsWideAsARecipeSays) {
+    write_file(folder_ / "recipe.toml",
+               "format = \"scribecell-recipe\"\nversion = 1\nname = \"wide\"\nmaterial = \"iron\"\n"
+               "[[entry]]\nid = \"hatched\"\nactuator = \"axes\"\n" +
+                   kSettings +
+                   "width_um = 160\nfill = \"hatch\"\nfill_step_um = 80\n"
+                   "[[entry]]\nid = \"wobbled\"\nactuator = \"galvo\"\n" +
+                   kSettings + "width_um = 300\nfill = \"wobble\"\nfill_step_um = 100\n");
+    write_file(folder_ / "job.toml",
+               "format = \"scribecell-job\"\nversion = 1\nname = \"wide\"\nrecipe = \"recipe.toml\"\ncalibration = \"" +
+                   kExamples +
+                   "calibration.toml\"\n"
+                   "[[path]]\nname = \"hatched\"\nface_deg = 0\nframe = \"h\"\nentry = \"hatched\"\n"
+                   "points_mm = [[-310.0, -319.4, -420.0], [-290.0, -319.4, -420.0], [-285.0, -319.4, -410.0]]\n"
+                   "[[path]]\nname = \"wobbled\"\nface_deg = 0\nframe = \"h\"\nentry = \"wobbled\"\n"
+                   "points_mm = [[-300.0, -319.4, -400.0], [-290.0, -319.4, -400.0]]\n");
+    Program program("scribecell", {"scribe", (folder_ / "job.toml").string(), "--json"});
+    ASSERT_EQ(program.wait(), 0) << program.err();
+    const Json report = Json::parse(program.out());
+    EXPECT_EQ(report["complete"], true);
+    EXPECT_EQ(report["limit_violations"], 0);
+    EXPECT_EQ(report["burnt"]["stray"], 0);
+    ASSERT_EQ(report["paths"].size(), 2U);
+    const double pi = std::numbers::pi;
+    // Ten millimetres of a hundred turns. The curve within the tolerance may cut each turn by 4.5 um of its 150.
+    const double expected[2] = {3.0 * (20.0 + 11.18) / 0.02, 100.0 * 0.3 * pi / 0.02};
+    const double share[2] = {0.002, 0.03};
+    for (std::size_t i = 0; i < 2; ++i) {
+        const Json& path = report["paths"][i];
+        EXPECT_EQ(path["whole"], true) << path;
+        EXPECT_NEAR(path["pulses"].get<double>(), expected[i], share[i] * expected[i]);
+        EXPECT_LT(path["max_um"].get<double>(), 12.0) << path;
+    }
+}
+
 TEST(OverrideOfACell, IsSetAndKept) {
     Program cell("scribecell-cell", {"--pty", "--speed", "5"});
     ASSERT_TRUE(cell.wait_for_out("\n")) << cell.err();

@@ -150,6 +150,15 @@ TEST(WriteCalibration, RoundTripsThePowerCurve) {
     EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
 }
 
+TEST(WriteCalibration, RoundTripsTheBeam) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    set.beam = BeamRecord{
+        .waist = 25.0 / 1e6, .rayleigh_length = 0.6 / 1e3, .time = "2026-02-01T00:00:00+01:00", .note = "focus ladder"};
+    write_calibration(dir / "c.toml", set);
+    EXPECT_EQ(read_calibration(dir / "c.toml").beam, set.beam);
+}
+
 TEST(ReadCalibration, RefusesPowerCurvesThatAreNone) {
     const TempDir dir;
     CalibrationSet set = read_calibration(kExample);

@@ -59,6 +59,32 @@ TEST(ReadJob, ReadsTheExample) {
     EXPECT_GT(job.faces[1].datum_line->line, job.faces[1].line);
 }
 
+TEST(ReadJob, TakesSettingsFromARecipeAndItsOwnKeysBefore) {
+    const TempDir dir;
+    dir.write("steel.toml",
+              "format = \"scribecell-recipe\"\nversion = 1\nname = \"n\"\nmaterial = \"m\"\n"
+              "[[entry]]\nid = \"seen\"\nactuator = \"galvo\"\nspeed_mm_s = 250\npitch_um = 20\nenergy_uj = 300\n"
+              "width_um = 160\nfill = \"hatch\"\nfill_step_um = 80\n");
+    const std::string head =
+        "format = \"scribecell-job\"\nversion = 1\nname = \"j\"\ncalibration = \"c.toml\"\nrecipe = \"steel.toml\"\n";
+    const std::string path = "[[path]]\nface_deg = 0\nframe = \"h\"\npoints_mm = [[0,0,0],[1,0,0]]\n";
+    const Job job = read_job(dir.write("job.toml", head + path + "entry = \"seen\"\npasses = 2\nenergy_uj = 100\n"));
+    const MarkSettings& s = job.paths.at(0).settings;
+    EXPECT_EQ(s.actuator, Actuator::galvo);
+    EXPECT_EQ(s.speed, Speed::from_si(0.25));
+    EXPECT_EQ(s.energy, Energy::from_si(100.0 / 1e6)) << "its own";
+    EXPECT_EQ(s.passes, 2);
+    EXPECT_EQ(s.width, Length::from_si(160.0 / 1e6));
+    EXPECT_EQ(s.fill_step, Length::from_si(80.0 / 1e6));
+    const Job thin = read_job(dir.write("thin.toml", head + path + "entry = \"seen\"\nwidth_um = 0\n"));
+    EXPECT_EQ(thin.paths.at(0).settings.width, Length{});
+    expect_refusal([&] { static_cast<void>(read_job(dir.write("b.toml", head + path + "entry = \"deep\"\n"))); },
+                   {.file = (dir / "b.toml").string(), .line = 10, .value = "deep", .problem = "is not in the recipe"});
+    const std::string without = replaced(head, "recipe = \"steel.toml\"\n", "");
+    expect_refusal([&] { static_cast<void>(read_job(dir.write("b.toml", without + path + "entry = \"seen\"\n"))); },
+                   {.file = (dir / "b.toml").string(), .line = 9, .value = "seen", .problem = "the job has no recipe"});
+}
+
 TEST(ReadJob, RefusesAMissingFileAndBadToml) {
     expect_refusal([] { static_cast<void>(read_job("no/job.toml")); },
                    {.file = "no/job.toml", .problem = "no such file"});
