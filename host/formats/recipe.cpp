@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/formats/recipe.hpp"
 
+#include <array>
 #include <set>
 
 #include "host/formats/file.hpp"
@@ -40,7 +41,8 @@ Recipe parse_recipe(const std::filesystem::path& path, std::string_view text) {
 
 MarkSettings read_mark_settings(TomlReader& table) {
     MarkSettings out;
-    out.actuator = table.choice("actuator", {"axes", "galvo"}) == 0 ? Actuator::axes : Actuator::galvo;
+    constexpr std::array kActuators{Actuator::axes, Actuator::galvo, Actuator::split};
+    out.actuator = kActuators.at(table.choice("actuator", {"axes", "galvo", "split"}));
     out.speed = Speed::from_si(table.number("speed_mm_s", kSpeedMmS) / 1e3);
     out.pitch = Length::from_si(table.number("pitch_um", kPitchUm) / 1e6);
     out.energy = Energy::from_si(table.number("energy_uj", kEnergyUj) / 1e6);
@@ -51,7 +53,8 @@ MarkSettings read_mark_settings(TomlReader& table) {
 }
 
 void write_mark_settings(TomlWriter& out, const MarkSettings& settings) {
-    out.text("actuator", settings.actuator == Actuator::axes ? "axes" : "galvo");
+    constexpr std::array<std::string_view, 3> kNames{"axes", "galvo", "split"};
+    out.text("actuator", kNames.at(static_cast<std::size_t>(settings.actuator)));
     out.number("speed_mm_s", settings.speed.si(), 1e3);
     out.number("pitch_um", settings.pitch.si(), 1e6);
     out.number("energy_uj", settings.energy.si(), 1e6);
