@@ -2,6 +2,7 @@
 #include "firmware/controller/job_runner.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "firmware/safety/watch.hpp"
 #include "shared/math/scalar.hpp"
@@ -37,7 +38,7 @@ double JobRunner::seconds(std::int64_t ticks) const noexcept {
 }
 
 std::int64_t JobRunner::light_lag_ns() const noexcept {
-    const std::int64_t beam = path_.actuator == Actuator::galvo ? mirror_lag_ns_ : machine_.axis[kX].latency_ns;
+    const std::int64_t beam = by_mirrors() ? mirror_lag_ns_ : machine_.axis[kX].latency_ns;
     return beam - machine_.laser.latency_ns;
 }
 
@@ -115,14 +116,14 @@ void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept 
 }
 
 void JobRunner::begin_travel() noexcept {
-    motion::Place to = motion_.start();
-    check_place(to, items_taken_ - 1);
+    check_place(motion_.start(), items_taken_ - 1);
+    if (path_.actuator == Actuator::split) {
+        check_reach(motion_.start(), 0.0, items_taken_ - 1);
+    }
     if (refusal_.refusal != Refusal::none) {
         return;
     }
-    if (path_.actuator == Actuator::galvo) {
-        to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
-    }
+    motion::Place to = stand();
     const double retracted = machine_.y_retracted.si();
     if (place_[kY] >= retracted - 1e-9 && to[kY] < retracted) {
         to[kY] = place_[kY];
@@ -132,12 +133,22 @@ void JobRunner::begin_travel() noexcept {
     }
 }
 
+motion::Place JobRunner::stand() const noexcept {
+    switch (path_.actuator) {
+        case Actuator::axes: break;
+        case Actuator::galvo:
+            return {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
+        case Actuator::split: return stage_place(stage_.at(0.0));
+    }
+    return motion_.start();
+}
+
 void JobRunner::begin_jump() noexcept {
     motion::Place to{};
-    if (path_.actuator == Actuator::galvo) {
-        const motion::Place& start = motion_.start();
-        to = {start[kX] - metres(path_.anchor_x), start[kY] - metres(path_.anchor_y),
-              start[kZ] - metres(path_.anchor_z), 0.0};
+    if (by_mirrors()) {
+        const motion::Place start = motion_.start();
+        const motion::Place stage = stand();
+        to = {start[kX] - stage[kX], start[kY] - stage[kY], start[kZ] - stage[kZ], 0.0};
     }
     move_.begin({field_x_, field_depth_, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
     phase_ = Phase::jump;
@@ -161,14 +172,7 @@ void JobRunner::move_done() noexcept {
             begin_stage_move(to, Phase::turn_c);
             break;
         }
-        case Phase::travel_across: {
-            motion::Place to = motion_.start();
-            if (path_.actuator == Actuator::galvo) {
-                to = {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), place_[kC]};
-            }
-            begin_stage_move(to, Phase::travel_in);
-            break;
-        }
+        case Phase::travel_across: begin_stage_move(stand(), Phase::travel_in); break;
         case Phase::travel_in: begin_jump(); break;
         case Phase::jump: phase_ = Phase::settle; break;
         case Phase::turn_c:
@@ -236,7 +240,7 @@ void JobRunner::trace_line(double t) noexcept {
     const motion::Segment segment = motion_.segment(t, cursor);
     const double distance = value(segment.piece->distance, segment.x(t));
     traced_ = larger(traced_, distance);
-    on_line_ = distance >= motion_.mark_begin() && distance <= motion_.mark_end();
+    on_line_ = motion_.marked(distance);
 }
 
 void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
@@ -248,7 +252,10 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     const double t = seconds(since);
     const motion::Segment segment = motion_.segment(t, cursor_);
     limited_by_ = motion_.stopped() ? LimitedBy::starved : rate_held_ ? LimitedBy::pulse_rate : segment.piece->limited;
-    if (path_.actuator == Actuator::galvo) {
+    if (by_mirrors()) {
+        if (path_.actuator == Actuator::split) {
+            stage_step(segment, t);
+        }
         galvo_path(t, out);
     } else {
         const motion::Place beam = segment.piece->place(segment.x(t));
@@ -263,11 +270,33 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
         place_pulses(since * machine_.control_period_ns, may_mark, out);
     }
     motion_.forget_before(t - lag - seconds(2), next_distance());
-    const bool drained = t > motion_.end_time() + lag + seconds(kDrainTicks);
+    const bool split = path_.actuator == Actuator::split;
+    const bool drained =
+        t > motion_.end_time() + lag + seconds(kDrainTicks) && (!split || (follower_.settled() && history_.stands()));
     if (motion_.stopped() && drained) {
         at_rest_ = true;
     } else if (motion_.complete() && drained) {
         finish_path();
+    }
+}
+
+/// The stage goes on along its curve; it is where this says one axis latency later.
+void JobRunner::stage_step(const motion::Segment& segment, double t) noexcept {
+    const double distance = follower_.push(nearest(value(segment.piece->distance, segment.x(t)) * kPmPerMetre));
+    motion::StageCurve::Point place = stage_.at(distance);
+    for (double& p : place) {
+        p = exact_double(nearest(p * kPmPerMetre)) / kPmPerMetre;
+    }
+    // What is said of new points is said of where the stage may be then, at most so far back.
+    stage_.forget_before(distance - stage_lag());
+    history_.push(place);
+    place_ = stage_place(place);
+    rest_ticks_ = 0;
+    const double half = machine_.galvo.half_field.si();
+    for (const auto& [axis, share] : {std::pair{Axis::x, field_x_}, std::pair{Axis::z, field_z_}}) {
+        if (!(absolute(share) <= half)) {
+            refuse(Refusal::galvo_out_of_field, items_taken_ - 1, axis, share);
+        }
     }
 }
 
@@ -285,6 +314,11 @@ double JobRunner::override_share() noexcept {
     const double slowest = machine_.laser.mark_speed_min.si();
     if (preview_) {
         return smaller(wanted, 1.0);
+    }
+    if (path_.actuator == Actuator::split) {
+        // The stage's limits were checked at the programmed speed.
+        rate_held_ = false;
+        return larger(smaller(wanted, 1.0), smaller(1.0, speed > 0.0 ? 1.01 * slowest / speed : 1.0));
     }
     const double share = larger(smaller(wanted * speed, fastest), smaller(speed, 1.01 * slowest));
     rate_held_ = wanted * speed > fastest;
@@ -410,6 +444,8 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
             if (!stopping_ && !refused && motion_.ready()) {
                 phase_ = Phase::path;
                 phase_tick_ = tick + 1;
+                follower_.open();
+                history_.fill({place_[kX], place_[kY], place_[kZ]});
             }
             break;
         case Phase::turn_retract:

@@ -9,6 +9,7 @@
 #include "firmware/motion/axis_geometry.hpp"
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/path_motion.hpp"
+#include "firmware/motion/stage_curve.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
@@ -130,6 +131,13 @@ private:
     void check_place(const motion::Place& place, std::uint32_t item) noexcept;
     void add_point(const PathPoint& point, std::uint32_t item) noexcept;
     void add_arc(const PathArc& arc, std::uint32_t item) noexcept;
+    [[nodiscard]] bool add_mark(const Item& front, std::uint32_t item) noexcept;
+    void add_light(const PathLight& light, std::uint32_t item) noexcept;
+    void add_curve(const StageCurve& curve, std::uint32_t item) noexcept;
+    void add_knot(const StageKnot& knot, std::uint32_t item) noexcept;
+    void check_reach(const motion::Place& place, double distance, std::uint32_t item) noexcept;
+    [[nodiscard]] double stage_lag() const noexcept;
+    void check_way(const motion::Place& to, double length, std::uint32_t item) noexcept;
     void check_end() noexcept;
     void refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept;
     [[nodiscard]] bool in_travel(const motion::Place& place, std::uint32_t item) noexcept;
@@ -139,6 +147,19 @@ private:
     void move_step(ServoOutputs& out) noexcept;
     void move_done() noexcept;
     void path_step(bool may_mark, ServoOutputs& out) noexcept;
+    void stage_step(const motion::Segment& segment, double t) noexcept;
+    /// By the mirrors, alone or with the stage.
+    [[nodiscard]] bool by_mirrors() const noexcept { return path_.actuator != Actuator::axes; }
+    /// Where the stage stands when the path begins.
+    [[nodiscard]] motion::Place stand() const noexcept;
+    /// The place of the axes that the mirrors' share of a path is about.
+    [[nodiscard]] motion::Place stage_place(const motion::StageCurve::Point& point) const noexcept {
+        return {point[kX], point[kY], point[kZ], place_[kC]};
+    }
+    /// Ticks by which the stage is behind its set-points when the mirrors are where their frames say.
+    [[nodiscard]] double stage_late(std::size_t axis) const noexcept {
+        return exact_double(machine_.axis[axis].latency_ns - mirror_lag_ns_) / exact_double(machine_.control_period_ns);
+    }
     void place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept;
     void trace_line(double t) noexcept;
     /// Distance along the path of what is to be done next.
@@ -165,6 +186,9 @@ private:
     laser::FieldMap field_;
     GalvoLead lead_;
     std::int64_t mirror_lag_ns_;  ///< of the mirrors behind their frames, less what the lead makes up for
+    motion::StageCurve stage_;
+    motion::StageFollower follower_;
+    motion::StageHistory history_;
     laser::PulsePlacer placer_;
     PowerCurve curve_;
     motion::Move move_;
@@ -175,8 +199,13 @@ private:
     bool waiting_ = false;
     bool path_closed_ = false;  ///< the path's end has come
     motion::Place last_point_{};
+    motion::Place arrives_{};  ///< the way that the path arrives there
     bool has_point_ = false;
-    bool end_checked_ = false;  ///< and lies within the travel, with its run-out
+    std::uint32_t last_point_item_ = 0;
+    bool has_way_ = false;
+    bool dark_ = false;          ///< the path is, behind the last point
+    double taken_length_ = 0.0;  ///< of the points' polyline so far, a longest run-in before it
+    bool end_checked_ = false;   ///< and lies within the travel, with its run-out
     std::int64_t tick_ = 0;
     std::int64_t phase_tick_ = 0;  ///< tick at which the phase's time began
     bool rate_held_ = false;       ///< by the source's greatest rate

@@ -14,6 +14,9 @@ constexpr std::size_t kPatchFrames = 25;
 constexpr std::size_t kMostPatchFrames = 32;
 constexpr std::size_t kFewestPatchFrames = 14;
 
+/// Frames at a tick's end for which the stage's last piece may serve beyond its own end: within 0.1 nm at full jerk.
+constexpr std::size_t kLateFrames = 10;
+
 /// Frames of the patch that begins where the path's segment has `left` more. It ends where the segment does if that is
 /// near, since each pair of both costs its polynomials.
 constexpr std::size_t patch_frames(std::size_t left) noexcept {
@@ -48,15 +51,42 @@ bool is_level(const trajectory::Quintic& q) noexcept {
     return q[1] == 0.0 && q[2] == 0.0 && q[3] == 0.0 && q[4] == 0.0 && q[5] == 0.0;
 }
 
+/// Where the axes are over the frames of a tick: cubics in the number of the frame, metres.
+using StageLaw = std::array<laser::FramePolynomial<3>, 3>;
+
 /// What the frames of a tick have in common.
 struct FrameLaw {
     const laser::FieldMap& map;
-    motion::Place anchor;
+    StageLaw stage;
+    bool moving;       ///< the stage
     double period;     ///< s
     double per_step;   ///< GalvoLead in frames
     double per_step2;  ///< … and in frames²
     laser::FieldPatch patch;
+    double first;  ///< frame of the tick at which those to be put begin
+    [[nodiscard]] bool level() const noexcept {
+        const laser::FramePolynomial<3>& y = stage[kY];
+        return y[1] == 0.0 && y[2] == 0.0 && y[3] == 0.0;
+    }
+    [[nodiscard]] double stage_at(std::size_t axis, double frame) const noexcept {
+        return laser::value<3>(stage[axis], frame);
+    }
 };
+
+/// Takes from a place what the stage does of it, frames counted from law.first.
+template <std::size_t kDegree>
+void take_stage(laser::FramePolynomial<kDegree>& place, const FrameLaw& law, std::size_t axis) noexcept {
+    const laser::FramePolynomial<3>& s = law.stage[axis];
+    if (!law.moving) {
+        place[0] -= s[0];
+        return;
+    }
+    const double k = law.first;
+    place[0] -= laser::value<3>(s, k);
+    place[1] -= s[1] + k * (2.0 * s[2] + 3.0 * k * s[3]);
+    place[2] -= s[2] + 3.0 * k * s[3];
+    place[3] -= s[3];
+}
 
 /// Frames of one segment under one patch, from path time t on: the words' counts are polynomials too. A new patch is
 /// made for the place at frame `middle`, if that is not negative.
@@ -68,7 +98,7 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
     const double step = law.period * segment.rate;
     const auto place_of = [&](std::size_t axis) noexcept {
         Polynomial place = laser::over_frames<kDegree>(segment.piece->axis[axis], begin, step);
-        place[0] -= law.anchor[axis];
+        take_stage<kDegree>(place, law, axis);
         return place;
     };
     Polynomial place_x = place_of(kX);
@@ -76,8 +106,8 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
     const Polynomial x_led = laser::led<kDegree>(place_x, law.per_step, law.per_step2);
     const Polynomial z_led = laser::led<kDegree>(place_z, law.per_step, law.per_step2);
     Polynomial depth{};
-    if (is_level(segment.piece->axis[kY])) {
-        depth[0] = segment.piece->axis[kY][0] - law.anchor[kY];
+    if (is_level(segment.piece->axis[kY]) && law.level()) {
+        depth[0] = segment.piece->axis[kY][0] - law.stage[kY][0];
     } else {
         depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
     }
@@ -155,16 +185,38 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
     const auto time_of = [&](std::size_t frame) noexcept {
         return t + exact_double(static_cast<std::int64_t>(frame)) * period;
     };
-    FrameLaw law{field_,
-                 {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), 0.0},
-                 period,
-                 lead_.per_velocity / period,
-                 lead_.per_acceleration / (period * period),
-                 field_.flat()};
+    const bool split = path_.actuator == Actuator::split;
+    FrameLaw law{
+        field_,        {}, split, period, lead_.per_velocity / period, lead_.per_acceleration / (period * period),
+        field_.flat(), 0.0};
+    const double per_tick = exact_double(machine_.galvo_period_ns) / exact_double(machine_.control_period_ns);
+    const auto take_law = [&](bool next) noexcept {
+        for (const std::size_t axis : {kX, kY, kZ}) {
+            const motion::StageHistory::Cubic x = history_.law(axis, stage_late(axis), next);
+            law.stage[axis] = {x[0], x[1] * per_tick, x[2] * per_tick * per_tick,
+                               x[3] * per_tick * per_tick * per_tick};
+        }
+    };
+    std::size_t stage_end = kGalvoFramesPerTick;
+    if (split) {
+        take_law(false);
+        const double frames = motion::StageHistory::next_begins(stage_late(kX)) / per_tick;
+        const auto whole = static_cast<std::size_t>(clamped(frames, 0.0, static_cast<double>(kGalvoFramesPerTick)));
+        stage_end = whole + kLateFrames < kGalvoFramesPerTick ? whole + 1 : kGalvoFramesPerTick;
+    } else {
+        law.stage[kX][0] = metres(path_.anchor_x);
+        law.stage[kY][0] = metres(path_.anchor_y);
+        law.stage[kZ][0] = metres(path_.anchor_z);
+    }
     motion::Cursor ahead = cursor_;
     std::size_t patch_end = field_.curved() ? 0 : kGalvoFramesPerTick;
     std::size_t frame = 0;
     while (frame < kGalvoFramesPerTick) {
+        if (frame == stage_end) {
+            take_law(true);
+            stage_end = kGalvoFramesPerTick;
+        }
+        law.first = static_cast<double>(frame);
         const double now = time_of(frame);
         const motion::Segment segment = motion_.segment(now, cursor_);
         // Frames before the segment's end, at least this one.
@@ -182,20 +234,22 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
                 const double then = now + half * period + lead_.per_velocity;
                 const motion::Segment there = motion_.segment(then, ahead);
                 const motion::Place at = there.piece->place(there.x(then));
-                law.patch =
-                    field_patch({at[kX] - law.anchor[kX], at[kY] - law.anchor[kY], at[kZ] - law.anchor[kZ], 0.0});
+                const double there_frame = law.first + half;
+                law.patch = field_patch({at[kX] - law.stage_at(kX, there_frame), at[kY] - law.stage_at(kY, there_frame),
+                                         at[kZ] - law.stage_at(kZ, there_frame), 0.0});
             }
             patch_end += frames;
         }
-        const std::size_t last = std::min({frame + count, patch_end, kGalvoFramesPerTick});
+        const std::size_t last = std::min({frame + count, patch_end, stage_end, kGalvoFramesPerTick});
         (is_cubic(*segment.piece) ? put_cubic : put)(law, segment, now, middle,
                                                      std::span(out.galvo).subspan(frame, last - frame));
         frame = last;
         if (frame == kGalvoFramesPerTick) {
             const motion::Place at = segment.piece->place(segment.x(time_of(frame - 1)));
-            field_x_ = at[kX] - law.anchor[kX];
-            field_z_ = at[kZ] - law.anchor[kZ];
-            field_depth_ = at[kY] - law.anchor[kY];
+            const double end = static_cast<double>(frame - 1);
+            field_x_ = at[kX] - law.stage_at(kX, end);
+            field_z_ = at[kZ] - law.stage_at(kZ, end);
+            field_depth_ = at[kY] - law.stage_at(kY, end);
         }
     }
 }

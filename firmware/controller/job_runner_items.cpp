@@ -3,10 +3,16 @@
 #include "firmware/controller/job_runner.hpp"
 #include "firmware/safety/watch.hpp"
 #include "firmware/trajectory/arc.hpp"
+#include "firmware/trajectory/place.hpp"
 #include "shared/math/scalar.hpp"
 
 namespace sc {
 namespace {
+
+/// The mirrors' set-points follow the stage's by a spline: of its jerk, what that may overshoot.
+constexpr double kStageJerkShare = 2.0;
+/// Samples of a way between two points at which the mirrors' reach is foretold.
+constexpr std::uint32_t kMostSamples = 4;
 
 /// Points keep this far from the ends of travel, so that the matrix cannot push a set-point over them.
 constexpr double kTravelMargin = 0.2e-3;
@@ -85,8 +91,18 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     trajectory::Spec spec;
     spec.speed = static_cast<double>(begin.speed_um_s) * 1e-6;
     spec.tolerance = static_cast<double>(begin.tolerance_nm) * 1e-9;
-    spec.limits = begin.actuator == Actuator::galvo ? galvo_limits_ : path_limits_;
-    const double fastest = begin.actuator == Actuator::galvo ? machine_.galvo.speed.si() : machine_.axis[kX].speed;
+    const bool split = begin.actuator == Actuator::split;
+    spec.limits = begin.actuator == Actuator::axes ? path_limits_ : galvo_limits_;
+    double fastest = begin.actuator == Actuator::axes ? machine_.axis[kX].speed : machine_.galvo.speed.si();
+    for (const std::size_t i : {kX, kY, kZ}) {
+        if (split) {
+            // What the stage does, the mirrors must be able to take back.
+            spec.limits.speed[i] -= 0.5 * stage_limits_.speed[i];
+            spec.limits.acceleration[i] -= stage_limits_.acceleration[i];
+            spec.limits.jerk[i] -= kStageJerkShare * stage_limits_.jerk[i];
+            fastest = smaller(fastest, spec.limits.speed[i]);
+        }
+    }
     if (!(spec.speed >= pulses.speed_min && spec.speed <= fastest)) {
         refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
     } else if (!(pulses.pitch > 0.0 && spec.speed <= pulses.pitch * pulses.prr_nominal)) {
@@ -106,11 +122,18 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
         spec.speed = smaller(spec.speed, machine_.laser.guide_speed_max.si());
     }
     traced_ = 0.0;
+    stage_.open();
+    has_way_ = dark_ = false;
+    if (split && !(motion::StageHistory::readable(stage_late(kX)) && motion::StageHistory::readable(stage_late(kY)) &&
+                   motion::StageHistory::readable(stage_late(kZ)))) {
+        refuse(Refusal::bad_stage_curve, item, Axis::x, 0.0);
+    }
     placer_.open(pulses);
     motion_.set_override(override_share());
     if (!motion_.open(spec)) {
         refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
     }
+    taken_length_ = motion_.longest_run();
     cursor_ = {};
     path_closed_ = false;
     end_checked_ = false;
@@ -132,15 +155,79 @@ void JobRunner::check_place(const motion::Place& place, std::uint32_t item) noex
         } else if (!(absolute(y) <= GalvoField::kDepthMost)) {
             refuse(Refusal::galvo_out_of_field, item, Axis::y, y);
         }
-    } else {
+    } else if (path_.actuator == Actuator::axes) {
         (void)in_travel(place, item);
     }
 }
 
+/// Path distance by which the stage can be behind its curve: by its smoothing and its latency.
+double JobRunner::stage_lag() const noexcept {
+    const double speed = static_cast<double>(path_.speed_um_s) * 1e-6;
+    return speed * (seconds(motion::kStageSmoothing) + exact_double(machine_.axis[kX].latency_ns) * 1e-9);
+}
+
+/// The mirrors' share of a place that the path reaches at `distance`, wherever the stage may be then: behind by its
+/// lag, or not at all after a hold.
+void JobRunner::check_reach(const motion::Place& place, double distance, std::uint32_t item) noexcept {
+    const double late = stage_lag();
+    const double half = machine_.galvo.half_field.si() - motion::kFieldMargin;
+    if (!stage_.reaches(distance + 0.5 * stage_.spacing())) {
+        refuse(Refusal::bad_stage_curve, item, Axis::x, distance);
+        return;
+    }
+    for (const double back : {0.0, 0.5 * late, late}) {
+        const motion::StageCurve::Point stage = stage_.at(distance - back);
+        if (!(absolute(place[kX] - stage[kX]) <= half)) {
+            refuse(Refusal::galvo_out_of_field, item, Axis::x, place[kX] - stage[kX]);
+        } else if (!(absolute(place[kZ] - stage[kZ]) <= half)) {
+            refuse(Refusal::galvo_out_of_field, item, Axis::z, place[kZ] - stage[kZ]);
+        } else if (!(absolute(place[kY] - stage[kY]) <= GalvoField::kDepthMost)) {
+            refuse(Refusal::galvo_out_of_field, item, Axis::y, place[kY] - stage[kY]);
+        }
+    }
+}
+
+/// On from the last point of a split path, `length` far.
+void JobRunner::check_way(const motion::Place& to, double length, std::uint32_t item) noexcept {
+    if (path_.actuator != Actuator::split) {
+        return;
+    }
+    // Between two samples the curve bends away from their chord by an eighth of a knot's share at most.
+    const double parts = 1.0 + 2.0 * length / stage_.spacing();
+    if (!(stage_.begun() && parts < static_cast<double>(kMostSamples + 1))) {
+        refuse(Refusal::bad_stage_curve, item, Axis::x, length);
+        return;
+    }
+    const auto count = static_cast<std::uint32_t>(parts);
+    for (std::uint32_t i = 1; i <= count; ++i) {
+        const double share = static_cast<double>(i) / static_cast<double>(count);
+        motion::Place at{};
+        for (const std::size_t k : {kX, kY, kZ}) {
+            at[k] = last_point_[k] + share * (to[k] - last_point_[k]);
+        }
+        check_reach(at, taken_length_ + share * length, item);
+    }
+    taken_length_ += length;
+}
+
 void JobRunner::add_point(const PathPoint& point, std::uint32_t item) noexcept {
-    last_point_ = {metres(point.x), metres(point.y), metres(point.z), place_[kC]};
+    const motion::Place place{metres(point.x), metres(point.y), metres(point.z), place_[kC]};
+    const motion::Place step = trajectory::minus(place, last_point_);
+    const double length = has_point_ ? trajectory::length3(step) : 0.0;
+    check_place(place, item);
+    if (has_point_) {
+        check_way(place, length, item);
+    } else {
+        last_point_ = place;
+        check_way(place, 0.0, item);
+    }
+    if (length > 0.0) {
+        arrives_ = step;
+        has_way_ = true;
+    }
+    last_point_ = place;
+    last_point_item_ = item;
     has_point_ = true;
-    check_place(last_point_, item);
     motion_.add(last_point_, item);
 }
 
@@ -161,11 +248,85 @@ void JobRunner::add_arc(const PathArc& arc, std::uint32_t item) noexcept {
     for (std::uint32_t i = 0; i < shape.turn_count; ++i) {
         check_place(shape.turns[i], item);
     }
+    if (path_.actuator == Actuator::split) {
+        const std::optional<trajectory::Circle> circle = trajectory::circle_through(last_point_, via, to);
+        const double length =
+            circle ? circle->radius * circle->turn : trajectory::length3(trajectory::minus(to, last_point_));
+        check_way(to, length, item);
+        for (std::uint32_t i = 0; i < shape.turn_count && stage_.begun(); ++i) {
+            check_reach(shape.turns[i], taken_length_ - length, item);
+            check_reach(shape.turns[i], taken_length_, item);
+        }
+    }
+    arrives_ = shape.arrives;
+    has_way_ = true;
     last_point_ = to;
+    last_point_item_ = item;
     motion_.add_arc(via, to, item);
 }
 
+void JobRunner::add_light(const PathLight& light, std::uint32_t item) noexcept {
+    if (!has_way_ || light.on != dark_) {
+        refuse(Refusal::item_out_of_order, item, Axis::x, 0.0);
+        return;
+    }
+    dark_ = !light.on;
+    motion_.add_light(last_point_, arrives_, last_point_item_);
+}
+
+void JobRunner::add_curve(const StageCurve& curve, std::uint32_t item) noexcept {
+    if (path_.actuator != Actuator::split || has_point_ || stage_.begun()) {
+        refuse(Refusal::item_out_of_order, item, Axis::x, 0.0);
+    } else if (!stage_.begin(static_cast<double>(curve.spacing_um) * 1e-6)) {
+        refuse(Refusal::bad_stage_curve, item, Axis::x, static_cast<double>(curve.spacing_um) * 1e-6);
+    }
+}
+
+/// The curve stays within the hull of its control points, so it is enough to look at these and between them.
+void JobRunner::add_knot(const StageKnot& knot, std::uint32_t item) noexcept {
+    if (!stage_.begun()) {
+        refuse(Refusal::item_out_of_order, item, Axis::x, 0.0);
+        return;
+    }
+    stage_.push(knot);
+    const motion::StageCurve::Point at = stage_.knot();
+    if (!in_travel(stage_place(at), item)) {
+        return;
+    }
+    const motion::StageCurve::Point before = stage_.knot(stage_.size() > 1 ? 1 : 0);
+    if (safety::through_keep_out(machine_, {before[kX], before[kY], before[kZ]}, {at[kX], at[kY], at[kZ]})) {
+        refuse(Refusal::in_keep_out, item, Axis::z, at[kZ]);
+    }
+    const double speed = static_cast<double>(path_.speed_um_s) * 1e-6;
+    const motion::StageCurve::Breach breach = stage_.check(speed, seconds(1), stage_limits_);
+    if (breach.broken) {
+        refuse(Refusal::stage_too_fast, item, static_cast<Axis>(breach.axis), breach.value);
+    }
+}
+
+/// An item that says something of the path other than where it goes. False: there is no room for it yet.
+bool JobRunner::add_mark(const Item& front, std::uint32_t item) noexcept {
+    if (const auto* light = std::get_if<PathLight>(&front)) {
+        if (!motion_.wants_lights()) {
+            return false;
+        }
+        add_light(*light, item);
+    } else if (const auto* curve = std::get_if<StageCurve>(&front)) {
+        add_curve(*curve, item);
+    } else if (const auto* knot = std::get_if<StageKnot>(&front)) {
+        if (!stage_.room()) {
+            return false;
+        }
+        add_knot(*knot, item);
+    } else {
+        const bool turns = std::holds_alternative<Turn>(front);
+        refuse(turns ? Refusal::c_motion_in_path : Refusal::item_out_of_order, item, turns ? Axis::c : Axis::x, 0.0);
+    }
+    return true;
+}
+
 void JobRunner::feed(ItemQueue& items) noexcept {
+    motion_.hold_back(false);
     while (!path_closed_ && motion_.wants_points()) {
         const Item* front = items.front();
         if (front == nullptr || refusal_.refusal != Refusal::none) {
@@ -176,14 +337,14 @@ void JobRunner::feed(ItemQueue& items) noexcept {
             add_point(*point, item);
         } else if (const auto* arc = std::get_if<PathArc>(front)) {
             add_arc(*arc, item);
-        } else if (std::holds_alternative<PathEnd>(*front)) {
+        } else if (std::holds_alternative<PathEnd>(*front) && !dark_) {
             path_closed_ = true;
             path_end_item_ = item;
             motion_.finish();
-        } else {
-            const bool turns = std::holds_alternative<Turn>(*front);
-            refuse(turns ? Refusal::c_motion_in_path : Refusal::item_out_of_order, item, turns ? Axis::c : Axis::x,
-                   0.0);
+        } else if (!add_mark(*front, item)) {
+            motion_.hold_back(true);
+            return;
+        } else if (refusal_.refusal != Refusal::none) {
             return;
         }
         items.pop();
@@ -197,6 +358,9 @@ void JobRunner::check_end() noexcept {
     } else if (motion_.has_last() && !end_checked_) {
         end_checked_ = true;
         check_place(motion_.last(), path_end_item_);
+        if (path_.actuator == Actuator::split) {
+            check_reach(motion_.last(), taken_length_ + motion_.longest_run(), path_end_item_);
+        }
     }
 }
 

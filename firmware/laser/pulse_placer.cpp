@@ -2,6 +2,7 @@
 #include "firmware/laser/pulse_placer.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 
 #include "shared/math/scalar.hpp"
@@ -71,13 +72,42 @@ void PulsePlacer::open(const PulseSpec& spec) noexcept {
 }
 
 bool PulsePlacer::done(const motion::PathMotion& path) const noexcept {
-    return path.end_known() && next_ >= pulses_of(path);
+    const std::optional<motion::Stretch> stretch = path.stretch(stretch_);
+    return stretch && !stretch->more && path.end_known() && next_ - base_ >= pulses_of(*stretch);
 }
 
-/// Pulses that surely lie within the marked part; all of them once its end is known.
-std::uint32_t PulsePlacer::pulses_of(const motion::PathMotion& path) const noexcept {
-    const double marked = path.mark_end() + kEndSlack - path.mark_begin();
+/// Pulses that surely lie within the stretch; all of them once its end is known.
+std::uint32_t PulsePlacer::pulses_of(const motion::Stretch& stretch) const noexcept {
+    const double marked = stretch.end + kEndSlack - stretch.begin;
     return static_cast<std::uint32_t>(clamped(marked * per_pitch_, -1.0, 4e9) + 1.0);
+}
+
+double PulsePlacer::next_distance(const motion::PathMotion& path) const noexcept {
+    const std::optional<motion::Stretch> stretch = path.stretch(stretch_);
+    if (!stretch) {
+        return 0.0;
+    }
+    const double next = stretch->begin + static_cast<double>(next_ - base_) * spec_.pitch;
+    // Where the following stretch begins may not be known: behind the end of this one.
+    return stretch->more && stretch->end_known ? smaller(next, stretch->end) : next;
+}
+
+/// To the stretch behind the one that is marked to its end. False: there is none, or it is not known.
+bool PulsePlacer::next_stretch(const motion::PathMotion& path) noexcept {
+    const std::optional<motion::Stretch> now = path.stretch(stretch_);
+    if (!now || !now->more || !now->end_known || next_ - base_ < pulses_of(*now)) {
+        return false;
+    }
+    const std::optional<motion::Stretch> then = path.stretch(stretch_ + 1);
+    if (!then) {
+        return false;
+    }
+    ++stretch_;
+    base_ = next_;
+    base_pm_ = nearest((then->begin - path.mark_begin()) * kPmPerMetre);
+    mark_begin_ = then->begin;
+    pulses_ = base_ + pulses_of(*then);
+    return true;
 }
 
 PulsePlacer::Solved PulsePlacer::solve_slowly(const motion::Segment& segment, double length, double low,
@@ -212,7 +242,7 @@ void PulsePlacer::write(const motion::Segment& segment, const Group& group, cons
     const double x3 = d3 * segment.rate;
     std::array<double, kMostInGroup> at;
     const std::span<PathPulse> pulses = std::span(out.pulses).subspan(out.pulses_size, group.count);
-    std::int64_t s_pm = pitch_pm_ * static_cast<std::int64_t>(next_);
+    std::int64_t s_pm = base_pm_ + pitch_pm_ * static_cast<std::int64_t>(next_ - base_);
     std::uint32_t number = next_;
     double* argument = at.data();
     for (PathPulse& pulse : pulses) {
@@ -290,18 +320,28 @@ void PulsePlacer::place_group(const motion::Segment& segment, const Group& group
     }
 }
 
-void PulsePlacer::fill(const motion::Segment& segment, double low, double high, ServoOutputs& out) noexcept {
+void PulsePlacer::fill(const motion::PathMotion& path, const motion::Segment& segment, double low, double high,
+                       ServoOutputs& out) noexcept {
     const double length_at_end = value(segment.piece->distance, segment.x(smaller(segment.end, high)));
-    const double behind = clamped((length_at_end - mark_begin_) * per_pitch_ + 1.0, 0.0, 4e9);
-    std::uint32_t end = static_cast<std::uint32_t>(behind);
-    end = end < pulses_ ? end : pulses_;
-    while (next_ < end) {
+    const auto end_here = [&]() noexcept {
+        const double behind = clamped((length_at_end - mark_begin_) * per_pitch_ + 1.0, 0.0, 4e9);
+        const std::uint32_t end = base_ + static_cast<std::uint32_t>(behind);
+        return end < pulses_ ? end : pulses_;
+    };
+    std::uint32_t end = end_here();
+    while (next_ < end || (next_ == pulses_ && next_stretch(path))) {
+        if (next_ >= end) {
+            end = end_here();
+            if (next_ >= end) {
+                return;
+            }
+        }
         const std::size_t room = std::min(out.pulses.size() - out.pulses_size, out.laser.size() - out.laser_size);
         if (room == 0) {
             return;
         }
         const std::uint32_t count = end - next_;
-        const double length = mark_begin_ + static_cast<double>(next_) * spec_.pitch;
+        const double length = next_length();
         const Group g = group(segment, length, count < room ? count : static_cast<std::uint32_t>(room), low);
         low = last_time_;
         place_group(segment, g, out);
@@ -318,12 +358,16 @@ void PulsePlacer::place(const motion::PathMotion& path, std::int64_t from_ns, st
     if (!(low < high)) {
         return;
     }
-    mark_begin_ = path.mark_begin();
-    pulses_ = pulses_of(path);
+    const std::optional<motion::Stretch> stretch = path.stretch(stretch_);
+    if (!stretch) {
+        return;
+    }
+    mark_begin_ = stretch->begin;
+    pulses_ = base_ + pulses_of(*stretch);
     motion::Segment segment = path.segment(low, cursor_);
     while (segment.moving || segment.end < high) {
         if (segment.moving) {
-            fill(segment, larger(low, segment.begin), high, out);
+            fill(path, segment, larger(low, segment.begin), high, out);
         }
         if (segment.end >= high) {
             return;

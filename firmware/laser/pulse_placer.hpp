@@ -12,7 +12,7 @@
 
 /// Pulses at equal distance along the path. Pulse k of a pass belongs at mark begin + k · pitch; the time at which the
 /// planned beam is there is solved from the time law, so pitch does not depend on speed, and nothing is accumulated
-/// from tick to tick.
+/// from tick to tick. Behind a dark part of the path the pitches begin anew, and the numbers go on.
 ///
 /// The source runs at `pick` times the pulse rate, within (nominal/2, nominal], and its power byte is scaled with that
 /// rate, so that the energy of a pulse stays while the speed changes.
@@ -114,9 +114,7 @@ public:
 
     [[nodiscard]] std::uint32_t next_pulse() const noexcept { return next_; }
     /// True distance along the path at which the next pulse belongs.
-    [[nodiscard]] double next_distance(const motion::PathMotion& path) const noexcept {
-        return path.mark_begin() + static_cast<double>(next_) * spec_.pitch;
-    }
+    [[nodiscard]] double next_distance(const motion::PathMotion& path) const noexcept;
     /// Every pulse of the finished path has been placed.
     [[nodiscard]] bool done(const motion::PathMotion& path) const noexcept;
     /// Pulses passed over because the beam was slower than it may be.
@@ -132,9 +130,15 @@ private:
     };
     [[nodiscard]] static Solved solve_slowly(const motion::Segment& segment, double length, double low,
                                              double high) noexcept;
-    [[nodiscard]] std::uint32_t pulses_of(const motion::PathMotion& path) const noexcept;
+    [[nodiscard]] std::uint32_t pulses_of(const motion::Stretch& stretch) const noexcept;
+    [[nodiscard]] bool next_stretch(const motion::PathMotion& path) noexcept;
+    /// Distance along the path of the next pulse, in the present stretch.
+    [[nodiscard]] double next_length() const noexcept {
+        return mark_begin_ + static_cast<double>(next_ - base_) * spec_.pitch;
+    }
     /// All pulses on one segment before path time `high`.
-    void fill(const motion::Segment& segment, double low, double high, ServoOutputs& out) noexcept;
+    void fill(const motion::PathMotion& path, const motion::Segment& segment, double low, double high,
+              ServoOutputs& out) noexcept;
     /// When the beam is at `length` on the segment, from a first guess; leaves slowness_ exact to a few parts in 1e9.
     [[nodiscard]] Solved solve(const motion::Segment& segment, double length, double low, double guess) noexcept;
     /// Times of consecutive pulses: t(n) = t0 + n (t1 + n (t2 + n t3)), and their speed from first to last.
@@ -162,6 +166,9 @@ private:
     std::int64_t pitch_pm_ = 0;
     double per_pitch_ = 0.0;
     std::uint32_t next_ = 0;
+    std::uint32_t stretch_ = 0;  ///< of the path that is being marked …
+    std::uint32_t base_ = 0;     ///< … its first pulse …
+    std::int64_t base_pm_ = 0;   ///< … and where that is, from the path's first
     std::uint32_t withheld_ = 0;
     std::uint32_t last_item_ = 0;
     double last_time_ = 0.0;
@@ -173,8 +180,8 @@ private:
     std::int64_t window_ns_ = 0;  ///< path time of its start
     double window_ = 0.0;         ///< the same in seconds
     std::int64_t act_ns_ = 0;
-    double mark_begin_ = 0.0;
-    std::uint32_t pulses_ = 0;  ///< of the whole path, as far as is known
+    double mark_begin_ = 0.0;   ///< of the stretch
+    std::uint32_t pulses_ = 0;  ///< up to its end, as far as is known
 };
 
 }  // namespace sc::laser

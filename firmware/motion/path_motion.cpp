@@ -56,6 +56,9 @@ bool PathMotion::open(const trajectory::Spec& spec) noexcept {
     leg_first_ = leg_end_ = 0;
     made_.clear();
     retimer_.drop();
+    marks_.open();
+    newest_distance_ = 0.0;
+    full_ = false;
     now_ = 0.0;
     planned_distance_ = 0.0;
     planned_end_ = 0;
@@ -206,7 +209,7 @@ bool PathMotion::ready() const noexcept {
     }
     const double reserve = kReserveSpans * stop_span_ + kReserveTicks * tick_s_;
     const double from = rests_ ? rest_u_ : 0.0;
-    return nominal_end() - from >= kReadyShare * reserve || planner_.pieces().free() < trajectory::kPiecesAtOnce;
+    return nominal_end() - from >= kReadyShare * reserve || no_room();
 }
 
 std::uint32_t PathMotion::planned_item() const noexcept {
@@ -235,11 +238,13 @@ bool PathMotion::tick(double path_time, double tick_seconds) noexcept {
         return true;
     }
     complete_ = planner_.complete();
-    waits_ = idle_ && planner_.pieces().free() >= trajectory::kPiecesAtOnce;
+    waits_ = idle_ && !no_room();
     planned_end_ = planner_.pieces().end();
     if (planned_end_ != planner_.pieces().first()) {
         const Piece& last = planner_.pieces()[planned_end_ - 1];
         planned_distance_ = value(last.distance, last.duration);
+        newest_distance_ = last.distance[0];
+        marks_.find(planner_.pieces(), planned_end_);
     }
     if (!(path_time > 0.0) && newest().nominal && newest().u0 == 0.0) {
         rate_ = wanted_rate();
@@ -303,7 +308,7 @@ void PathMotion::drop_task() noexcept {
 /// A stop for want of points is begun while there is still enough of them for it.
 void PathMotion::watch_supply() noexcept {
     // While there is no room for more, the way on makes some.
-    if (complete_ || stop_wanted_ || planner_.pieces().free() < trajectory::kPiecesAtOnce) {
+    if (complete_ || stop_wanted_ || no_room()) {
         return;
     }
     const double reserve = lift_ * (kReserveSpans * stop_span_ + kReserveTicks * tick_s_ * rate_);

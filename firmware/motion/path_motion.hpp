@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
+#include "firmware/motion/mark_stretches.hpp"
 #include "firmware/motion/path_ends.hpp"
 #include "firmware/trajectory/planner.hpp"
 #include "firmware/trajectory/retimer.hpp"
@@ -62,6 +64,13 @@ public:
     void add_arc(const Place& via, const Place& to, std::uint32_t item) noexcept {
         take({.place = to, .item = item, .arc = true, .via = via});
     }
+    /// The path goes dark at the last point, or the light comes back there. Only while `wants_lights()`; in turns.
+    void add_light(const Place& place, const Place& arrives, std::uint32_t item) noexcept {
+        marks_.add(place, arrives, item);
+    }
+    [[nodiscard]] bool wants_lights() const noexcept { return marks_.room(); }
+    /// Nothing more is given until something of the path is done with: no want of points, then.
+    void hold_back(bool full) noexcept { full_ = full; }
     void finish() noexcept;
     [[nodiscard]] bool wants_points() const noexcept;
     /// The path has ended without two distinct points, or a point was refused.
@@ -115,6 +124,13 @@ public:
     /// … and up to which it goes for certain; where it ends, once the path is planned to its end.
     [[nodiscard]] double mark_end() const noexcept { return planned_distance_ - ends_.run_out(); }
     [[nodiscard]] bool end_known() const noexcept { return complete_; }
+    /// A marked stretch, numbered from 0; none if it is not known yet where it begins. Those before forget_before's
+    /// distance are forgotten.
+    [[nodiscard]] std::optional<Stretch> stretch(std::uint32_t number) const noexcept;
+    /// Whether a distance lies in a marked stretch.
+    [[nodiscard]] bool marked(double distance) const noexcept;
+    /// Longest run-in or run-out that this path can have, until it is finished.
+    [[nodiscard]] double longest_run() const noexcept { return ends_.run_out(); }
 
     /// Law about path time t. Only after ready().
     [[nodiscard]] Segment segment(double t, Cursor& cursor) const noexcept;
@@ -157,6 +173,10 @@ private:
     void take(const PathEnds::Point& point) noexcept;
     [[nodiscard]] bool give_on(std::uint32_t& units) noexcept;
     void push(const Leg& added) noexcept;
+    /// For more of the path than there is.
+    [[nodiscard]] bool no_room() const noexcept {
+        return full_ || planner_.pieces().free() < trajectory::kPiecesAtOnce;
+    }
     void take_points(std::uint32_t& units) noexcept;
     void choose() noexcept;
     void watch_supply() noexcept;
@@ -197,6 +217,9 @@ private:
     bool idle_ = true;  ///< nothing more can be done until the next tick
 
     PathEnds ends_;
+    MarkStretches marks_;
+    double newest_distance_ = 0.0;  ///< at which the newest piece begins
+    bool full_ = false;
     PathEnds::Points given_;  ///< by it, and not yet taken by the planner
     std::uint32_t given_taken_ = 0;
     trajectory::Retimer retimer_;

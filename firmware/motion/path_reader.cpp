@@ -76,7 +76,37 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     return {&piece, begin, end, t0, 0.0, rate, true};
 }
 
+std::optional<Stretch> PathMotion::stretch(std::uint32_t number) const noexcept {
+    Stretch s{.begin = ends_.run_in(), .end = mark_end(), .end_known = complete_};
+    if (number > 0) {
+        if (!marks_.found(2 * number - 1)) {
+            return std::nullopt;
+        }
+        s.begin = marks_.distance(2 * number - 1);
+    }
+    const std::uint32_t last = 2 * number;
+    if (last < marks_.known()) {
+        s.more = true;
+        s.end_known = marks_.found(last);
+        // The newest piece may go beyond a boundary that is not found yet; it does not begin beyond it.
+        s.end = s.end_known ? marks_.distance(last) : smaller(s.end, newest_distance_);
+    }
+    return s;
+}
+
+bool PathMotion::marked(double distance) const noexcept {
+    if (!(distance >= ends_.run_in() && distance <= mark_end())) {
+        return false;
+    }
+    std::uint32_t before = marks_.oldest();
+    while (marks_.found(before) && marks_.distance(before) <= distance) {
+        ++before;
+    }
+    return before % 2 == 0;
+}
+
 void PathMotion::forget_before(double t, double distance) noexcept {
+    marks_.forget_before(distance);
     // A way back, or on from rest, is planned over what was passed.
     if (task_ == Task::back || task_ == Task::go || !open_ || !ready()) {
         return;

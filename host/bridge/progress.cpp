@@ -27,6 +27,9 @@ public:
     }
     /// As long as its chords: at most a tenth too short up to a half circle.
     double operator()(const PathArc& arc) { return (*this)(arc.via) + (*this)(arc.to); }
+    double operator()(const PathLight&) { return 0.0; }
+    double operator()(const StageCurve&) { return 0.0; }
+    double operator()(const StageKnot&) { return 0.0; }
     double operator()(const PathEnd&) { return 0.0; }
     double operator()(const Turn&) { return kTurnSeconds; }
     double operator()(const JobEnd&) { return kApproachSeconds; }

@@ -7,6 +7,7 @@
 #include "host/bridge/program.hpp"
 #include "host/cli/bench_figures.hpp"
 #include "host/cli/bench_pulses.hpp"
+#include "host/cli/bench_split.hpp"
 #include "host/cli/calibrate_run.hpp"
 #include "host/cli/run_folder.hpp"
 #include "host/formats/file.hpp"
@@ -93,6 +94,8 @@ std::vector<Figure> bench_laser(const BenchOptions& options) {
                                 {"field_without_depth_max_um", flat.max_um, "um"}};
     const std::vector<Figure> pulses = bench_pulses(options);
     figures.insert(figures.end(), pulses.begin(), pulses.end());
+    const std::vector<Figure> tiles = bench_split(options);
+    figures.insert(figures.end(), tiles.begin(), tiles.end());
     return figures;
 }
 

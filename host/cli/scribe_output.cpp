@@ -2,11 +2,18 @@
 #include "host/cli/scribe_output.hpp"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 
 #include <fmt/format.h>
 
 namespace sc::host::cli {
 namespace {
+
+std::string_view actuator_name(Actuator actuator) {
+    constexpr std::array<std::string_view, 3> kNames{"axes", "galvo", "split"};
+    return kNames.at(static_cast<std::size_t>(actuator));
+}
 
 using Json = nlohmann::ordered_json;
 
@@ -24,7 +31,7 @@ Json path_json(const PlannedPath& path) {
               {"face_deg", path.face_deg},
               {"kind", name_of(path.kind)},
               {"marker", path.marker},
-              {"actuator", path.settings.actuator == Actuator::galvo ? "galvo" : "axes"},
+              {"actuator", actuator_name(path.settings.actuator)},
               {"from_mm", place_json(path.from)},
               {"to_mm", place_json(path.to)},
               {"speed_mm_s", path.settings.speed.si() * kMmPerMetre},
@@ -121,8 +128,8 @@ std::string plan_text(const ScribeOutcome& outcome) {
     for (const PlannedPath& p : plan.paths) {
         text += fmt::format("{:>5} {:>6g} {:<17} {:>6} {:<6} {} {} {:>8g} {:>8g}\n", p.id, p.face_deg, name_of(p.kind),
                             p.marker == 0 ? std::string("-") : std::to_string(p.marker),
-                            p.settings.actuator == Actuator::galvo ? "galvo" : "axes", place_text(p.from),
-                            place_text(p.to), p.settings.speed.si() * kMmPerMetre, p.settings.pitch.si() * 1e6);
+                            actuator_name(p.settings.actuator), place_text(p.from), place_text(p.to),
+                            p.settings.speed.si() * kMmPerMetre, p.settings.pitch.si() * 1e6);
         if (p.kind == PathKind::free_path) {
             text += fmt::format("{:>30} {}: {:.3f} mm, {} straight pieces, {} arcs\n", "", p.name,
                                 length(p.pieces) * kMmPerMetre, p.pieces.size() - arcs_of(p), arcs_of(p));

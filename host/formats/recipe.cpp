@@ -2,6 +2,7 @@
 #include "host/formats/recipe.hpp"
 
 #include <algorithm>
+#include <array>
 #include <set>
 
 #include "host/formats/file.hpp"
@@ -29,7 +30,8 @@ MarkSettings read_settings(TomlReader& table, const MarkSettings* base) {
     const auto needed = [&](std::string_view key) { return base == nullptr || table.has(key); };
     MarkSettings out = given;
     if (needed("actuator")) {
-        out.actuator = table.choice("actuator", {"axes", "galvo"}) == 0 ? Actuator::axes : Actuator::galvo;
+        constexpr std::array kActuators{Actuator::axes, Actuator::galvo, Actuator::split};
+        out.actuator = kActuators.at(table.choice("actuator", {"axes", "galvo", "split"}));
     }
     if (needed("speed_mm_s")) {
         out.speed = Speed::from_si(table.number("speed_mm_s", kSpeedMmS) / 1e3);
@@ -105,7 +107,8 @@ MarkSettings read_mark_settings(TomlReader& table, const Recipe* recipe) {
 }
 
 void write_mark_settings(TomlWriter& out, const MarkSettings& settings) {
-    out.text("actuator", settings.actuator == Actuator::axes ? "axes" : "galvo");
+    constexpr std::array<std::string_view, 3> kNames{"axes", "galvo", "split"};
+    out.text("actuator", kNames.at(static_cast<std::size_t>(settings.actuator)));
     out.number("speed_mm_s", settings.speed.si(), 1e3);
     out.number("pitch_um", settings.pitch.si(), 1e6);
     out.number("energy_uj", settings.energy.si(), 1e6);

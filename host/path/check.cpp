@@ -298,16 +298,17 @@ void check_places(const PlannedPath& path, const MachineConfig& machine, const C
     const Vec3 start = path.from.v - run_in * first;
     const Vec3 stop = path.to.v + run_out * last;
     const bool galvo = path.settings.actuator == Actuator::galvo;
+    const bool split = path.settings.actuator == Actuator::split;
     const auto check = [&](const PlannedPath& named, const Vec3& place, std::string_view part) {
         if (galvo) {
             check_field(named, place, machine, compensation);
-        } else {
+        } else if (!split) {
             check_travel(named, place, machine, compensation, part);
         }
     };
     if (galvo) {
         check_travel(path, path.centre.v, machine, compensation, "its centre");
-    } else {
+    } else if (!split) {
         check_travel(path, path.from.v, machine, compensation, "its start");
     }
     const auto& m = compensation.galvo_from_field;

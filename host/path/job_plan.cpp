@@ -16,6 +16,7 @@
 #include "host/path/plane.hpp"
 #include "host/path/profile.hpp"
 #include "host/path/route.hpp"
+#include "host/path/split_path.hpp"
 #include "shared/path/job_hash.hpp"
 
 namespace sc::host {
@@ -63,6 +64,7 @@ public:
         if (plan_.faces.empty()) {
             refuse_filter();
         }
+        flush_split();
         retract();
         plan_.items.emplace_back(JobEnd{});
         plan_.hash = job_hash(plan_.items);
@@ -128,6 +130,7 @@ private:
     }
 
     void turn_to(double face_deg, int line) {
+        flush_split();
         const AxisConfig& axis = machine_.axis[index(Axis::c)];
         double best = std::numeric_limits<double>::infinity();
         for (int turns = -20; turns <= 20; ++turns) {
@@ -252,6 +255,14 @@ private:
             check_depth(path, *calibration_.beam);
         }
         take_pulse_width(path);
+        if (!split_.empty() && !(split_.front().settings == path.settings)) {
+            flush_split();
+        }
+        if (path.settings.actuator == Actuator::split) {
+            plan_.paths.push_back(path);
+            split_.push_back(std::move(path));
+            return;
+        }
         path.first_item = plan_.items.size();
         std::uint8_t number = 0;
         for (std::uint8_t pass = 0; pass < path.settings.passes; ++pass) {
@@ -292,6 +303,73 @@ private:
         return one;
     }
 
+    /// Lines with the same split settings, one after the other: one path, dark between them.
+    void flush_split() {
+        if (split_.empty()) {
+            return;
+        }
+        std::vector<Stroke3> strokes;
+        double marked = 0.0;
+        std::uint64_t pulses = 0;
+        const PlannedPath first = split_.front();
+        const MarkSettings& s = first.settings;
+        for (const PlannedPath& path : split_) {
+            for (std::vector<Piece>& stroke : strokes_of(path)) {
+                marked += host::length(stroke);
+                pulses += pulses_on(host::length(stroke), s);
+                strokes.push_back(std::move(stroke));
+            }
+        }
+        const StrokePath made = split_path(begin_of(first, 0), strokes, machine_);
+        refuse_split(first, made);
+        const std::size_t first_item = plan_.items.size();
+        for (std::uint8_t pass = 0; pass < s.passes; ++pass) {
+            plan_.items.insert(plan_.items.end(), made.items.begin(), made.items.end());
+            std::get<PathBegin>(plan_.items[plan_.items.size() - made.items.size()]).pass = pass;
+            const double speed = std::get<PathBegin>(made.items.front()).speed_um_s * 1e-6;
+            plan_.expected_seconds_estimate += way_to(made.stage.control.front()) + made.length / speed +
+                                               1e-9 * static_cast<double>(machine_.settle_ns);
+            plan_.marked_metres += marked;
+            plan_.expected_pulses += pulses;
+            at_ = made.stage.control.back();
+        }
+        const std::size_t count = plan_.items.size() - first_item;
+        for (std::size_t i = plan_.paths.size() - split_.size(); i < plan_.paths.size(); ++i) {
+            plan_.paths[i].id = first.id;
+            plan_.paths[i].first_item = first_item;
+            plan_.paths[i].item_count = count;
+        }
+        split_.clear();
+    }
+
+    void refuse_split(const PlannedPath& path, const StrokePath& made) const {
+        const StageFit& stage = made.stage;
+        if (stage.worst > 1.0 + kStageSlack) {
+            throw InputError(
+                {.file = path.source.file.string(),
+                 .line = path.source.line,
+                 .problem = stage.by_reach
+                                ? "split: the mirrors do not reach from where the stage can be in time"
+                                : "split: the stage cannot move as its lines want it to, even at a quarter of "
+                                  "their speed",
+                 .value = fmt::format("{:.0f} % of what is possible, {:.1f} mm along the path", 100.0 * stage.worst,
+                                      1e3 * stage.worst_distance),
+                 .action = "give the lines in an order in which neighbours are nearer, mark slower, or use actuator "
+                           "\"galvo\""});
+        }
+        for (std::size_t i = 1; i < stage.control.size(); ++i) {
+            for (std::size_t k = 0; k < std::min<std::size_t>(machine_.keep_out_count, kKeepOutCapacity); ++k) {
+                if (meets(machine_.keep_out[k], stage.control[i - 1], stage.control[i])) {
+                    throw InputError({.file = path.source.file.string(),
+                                      .line = path.source.line,
+                                      .problem = fmt::format("split: the stage's way meets keep-out volume {}", k),
+                                      .value = fmt::format("z = {:.3f} mm", 1e3 * stage.control[i].z),
+                                      .action = "use actuator \"galvo\" for these lines"});
+                }
+            }
+        }
+    }
+
     void take_pulse_width(const PlannedPath& path) {
         const std::uint16_t width = path.settings.pulse_width_ns;
         if (!plan_.paths.empty() && width != plan_.pulse_width_ns) {
@@ -303,16 +381,21 @@ private:
         plan_.pulse_width_ns = width;
     }
 
-    void add_pass(const PlannedPath& path, const std::vector<Piece>& pieces, std::uint8_t pass) {
+    static PathBegin begin_of(const PlannedPath& path, std::uint8_t pass) {
         const auto whole = [](double value) { return static_cast<std::uint32_t>(std::llround(value)); };
         const MarkSettings& s = path.settings;
-        PathBegin begin{.path = path.id,
-                        .actuator = s.actuator,
-                        .pass = pass,
-                        .speed_um_s = whole(1e6 * s.speed.si()),
-                        .pitch_nm = whole(1e9 * s.pitch.si()),
-                        .energy_nj = whole(1e9 * s.energy.si()),
-                        .tolerance_nm = whole(1e9 * s.tolerance.si())};
+        return {.path = path.id,
+                .actuator = s.actuator,
+                .pass = pass,
+                .speed_um_s = whole(1e6 * s.speed.si()),
+                .pitch_nm = whole(1e9 * s.pitch.si()),
+                .energy_nj = whole(1e9 * s.energy.si()),
+                .tolerance_nm = whole(1e9 * s.tolerance.si())};
+    }
+
+    void add_pass(const PlannedPath& path, const std::vector<Piece>& pieces, std::uint8_t pass) {
+        const MarkSettings& s = path.settings;
+        PathBegin begin = begin_of(path, pass);
         if (s.actuator == Actuator::galvo) {
             const PathPoint anchor = wire_point(path.centre.v);
             begin.anchor_x = anchor.x;
@@ -340,6 +423,17 @@ private:
         }
     }
 
+    static std::uint64_t pulses_on(double length, const MarkSettings& settings) {
+        return static_cast<std::uint64_t>(std::floor(length / settings.pitch.si() + 1e-9)) + 1;
+    }
+    [[nodiscard]] double way_to(const Vec3& place) const {
+        double way = 0.0;
+        for (std::size_t i = 0; i < 3; ++i) {
+            way = std::max(way, move_time(place[i] - at_[i], limits_of(machine_.axis[i])));
+        }
+        return way;
+    }
+
     /// Adds one pass to the sums. The way there: all axes at once, the slowest counts.
     void count(const PlannedPath& path, const std::vector<Piece>& pieces) {
         const MarkSettings& s = path.settings;
@@ -349,15 +443,12 @@ private:
         const bool galvo = s.actuator == Actuator::galvo;
         const double run_in = speed_up_distance(s.speed.si(), limits_along(direction, s.actuator, machine_));
         const Vec3 start = galvo ? path.centre.v : pieces.front().from - run_in * direction;
-        double way = 0.0;
-        for (std::size_t i = 0; i < 3; ++i) {
-            way = std::max(way, move_time(start[i] - at_[i], limits_of(machine_.axis[i])));
-        }
+        const double way = way_to(start);
         const double settle = galvo && way > 0.0 ? 1e-9 * static_cast<double>(machine_.settle_ns) : 0.0;
         const double mark = length / s.speed.si() + 4.0 * run_in / s.speed.si();
         plan_.expected_seconds_estimate += way + settle + mark;
         plan_.marked_metres += length;
-        plan_.expected_pulses += static_cast<std::uint64_t>(std::floor(length / s.pitch.si() + 1e-9)) + 1;
+        plan_.expected_pulses += pulses_on(length, s);
         at_ = galvo ? path.centre.v : pieces.back().to + run_in * last;
     }
 
@@ -368,6 +459,7 @@ private:
     const PlanOptions& options_;
     const Compensation compensation_;
     JobPlan plan_;
+    std::vector<PlannedPath> split_;  ///< planned last, and not yet in the items
     Vec3 at_;
     double c_ = 0.0;
 };

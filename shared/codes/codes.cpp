@@ -152,6 +152,14 @@ constexpr std::array kRows{
         "the pulse width cannot be changed while the laser is armed", "disarm first"),
     row(Refusal::pulse_width_unsupported, "pulse_width_unsupported", "this source's pulse width cannot be set",
         "leave pulse_width_ns out of the job, or fit a MOPA source"),
+    row(Refusal::bad_stage_curve, "bad_stage_curve",
+        "the stage's curve of a split path ends before the path, has knots closer than 1 mm, more than 1 m apart or "
+        "more "
+        "than two to a line or arc, or the axes are too quick or too slow behind their set-points to be split with",
+        "report this: the host plans the curve; or mark it with the galvo or the axes"),
+    row(Refusal::stage_too_fast, "stage_too_fast",
+        "the stage's curve of a split path takes more of an axis than its share of speed, acceleration or jerk",
+        "mark slower, or in an order that moves the stage less"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),

@@ -85,6 +85,8 @@ enum class Refusal : std::uint16_t {
     pulse_width_wrong_source = 137,
     pulse_width_while_armed = 138,
     pulse_width_unsupported = 139,
+    bad_stage_curve = 140,
+    stage_too_fast = 141,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -165,6 +165,17 @@ bool BlockReader::read_segment(Item& out) noexcept {
             out = arc;
             return in_.ok();
         }
+        case block_tag::kPathLight: {
+            const auto on = in_.get<std::uint8_t>();
+            out = PathLight{on != 0};
+            return in_.ok() && on <= 1;
+        }
+        case block_tag::kStageCurve: out = StageCurve{in_.get<std::uint32_t>()}; return in_.ok();
+        case block_tag::kStageKnot: {
+            const PathPoint place = read_place();
+            out = StageKnot{place.x, place.y, place.z};
+            return in_.ok();
+        }
         default: return false;
     }
 }
@@ -183,7 +194,7 @@ bool BlockReader::read_path_begin(Item& out) noexcept {
     begin.anchor_y = in_.get<std::int32_t>();
     begin.anchor_z = in_.get<std::int32_t>();
     out = begin;
-    return in_.ok() && actuator <= static_cast<std::uint8_t>(Actuator::galvo);
+    return in_.ok() && actuator <= static_cast<std::uint8_t>(Actuator::split);
 }
 
 PathPoint BlockReader::read_place() noexcept {

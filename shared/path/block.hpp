@@ -18,6 +18,9 @@
 ///     turn        04  c i32
 ///     job_end     05
 ///     path_arc    06  via x y z (i32 each), to x y z (i32 each)
+///     path_light  07  on u8 (0 or 1)
+///     stage_curve 08  spacing u32
+///     stage_knot  09  x y z (i32 each)
 ///
 /// Integers are little-endian. A varint is a zigzag number in groups of 7 bits, low group first, of minimal length. The
 /// second point of a run is coded as its difference from the first, every later one as the change of that difference:
@@ -25,7 +28,7 @@
 
 namespace sc {
 
-inline constexpr std::uint8_t kBlockGrammarVersion = 2;
+inline constexpr std::uint8_t kBlockGrammarVersion = 3;
 /// Items that one block may hold, as its count is a byte.
 inline constexpr std::size_t kBlockItems = 255;
 /// Bytes of the longest single item that begins a block.
@@ -38,6 +41,9 @@ inline constexpr std::uint8_t kPathEnd = 3;
 inline constexpr std::uint8_t kTurn = 4;
 inline constexpr std::uint8_t kJobEnd = 5;
 inline constexpr std::uint8_t kPathArc = 6;
+inline constexpr std::uint8_t kPathLight = 7;
+inline constexpr std::uint8_t kStageCurve = 8;
+inline constexpr std::uint8_t kStageKnot = 9;
 }  // namespace block_tag
 
 /// One coordinate's predictor, the same on both sides: the last place goes on by the last difference.
@@ -63,8 +69,8 @@ public:
 
     /// True: `out` is the next item. False: the block has ended, with its count met and every byte used.
     /// Refusal::malformed_block: unknown tag, an empty run of points, a varint that is too long or not minimal, a
-    /// coordinate that leaves 32 bits, an unknown actuator, bytes missing or left over, more or fewer items than
-    /// `count`. At most 15 varint bytes of work an item.
+    /// coordinate that leaves 32 bits, an unknown actuator, a light that is neither on nor off, bytes missing or left
+    /// over, more or fewer items than `count`. At most 15 varint bytes of work an item.
     [[nodiscard]] std::expected<bool, Refusal> next(Item& out) noexcept;
 
 private:

@@ -12,6 +12,11 @@
 ///     Turn, then for each line: PathBegin, PathPoint, then PathPoint or PathArc × n, PathEnd; at last
 ///     JobEnd.
 ///
+/// A path may be dark between two of its points: PathLight{false} behind the point where the light ends,
+/// PathLight{true} behind that where it begins again. Of a split path the items before a point also say where the stage
+/// is when the path gets there: StageCurve behind PathBegin, then StageKnot, each before the point that needs it
+/// (stage_curve.hpp).
+///
 /// The controller makes the dark moves itself: retract before a turn, the way to the start of a path, the run-in.
 
 namespace sc {
@@ -27,6 +32,7 @@ inline constexpr std::int64_t kNdegPerWireUnit = 10'000;
 enum class Actuator : std::uint8_t {
     axes = 0,   ///< X, Y, Z follow the path, the galvo stays at zero
     galvo = 1,  ///< X, Y, Z stand at the anchor, the mirrors follow the path (a fixed field)
+    split = 2,  ///< X, Y, Z follow a smooth curve of their own over path distance, the mirrors take the rest
 };
 
 struct PathBegin {
@@ -56,6 +62,24 @@ struct PathArc {
     PathPoint to;
     constexpr bool operator==(const PathArc&) const noexcept = default;
 };
+/// From the last point on the path is marked, or passed dark. A path begins and ends marked. Each marked stretch has
+/// its pulses at whole pitches from its own beginning; their numbers go on.
+struct PathLight {
+    bool on = false;
+    constexpr bool operator==(const PathLight&) const noexcept = default;
+};
+/// Distance along the path between knots of the stage's curve.
+struct StageCurve {
+    std::uint32_t spacing_um = 0;
+    constexpr bool operator==(const StageCurve&) const noexcept = default;
+};
+/// The next control point of the stage's curve: a place in h, wire units.
+struct StageKnot {
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
+    constexpr bool operator==(const StageKnot&) const noexcept = default;
+};
 struct PathEnd {
     constexpr bool operator==(const PathEnd&) const noexcept = default;
 };
@@ -69,7 +93,7 @@ struct JobEnd {
     constexpr bool operator==(const JobEnd&) const noexcept = default;
 };
 
-using Item = std::variant<PathPoint, PathBegin, PathEnd, Turn, JobEnd, PathArc>;
+using Item = std::variant<PathPoint, PathBegin, PathEnd, Turn, JobEnd, PathArc, PathLight, StageCurve, StageKnot>;
 
 /// How far a job has come, as the laser knows it. Pulse numbers restart at 0 in each pass of a path.
 struct FiredPosition {

@@ -45,6 +45,15 @@ void put_item(ByteWriter& out, const Item& item) noexcept {
         out.put(block_tag::kPathArc);
         put_place(out, arc->via);
         put_place(out, arc->to);
+    } else if (const auto* light = std::get_if<PathLight>(&item)) {
+        out.put(block_tag::kPathLight);
+        out.put(static_cast<std::uint8_t>(light->on ? 1 : 0));
+    } else if (const auto* curve = std::get_if<StageCurve>(&item)) {
+        out.put(block_tag::kStageCurve);
+        out.put(curve->spacing_um);
+    } else if (const auto* knot = std::get_if<StageKnot>(&item)) {
+        out.put(block_tag::kStageKnot);
+        put_place(out, {knot->x, knot->y, knot->z});
     }
 }
 

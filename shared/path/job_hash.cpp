@@ -23,6 +23,15 @@ struct Words {
         hash.update_word(b.speed_um_s).update_word(b.pitch_nm).update_word(b.energy_nj).update_word(b.tolerance_nm);
         hash.update_word(word(b.anchor_x)).update_word(word(b.anchor_y)).update_word(word(b.anchor_z));
     }
+    void operator()(const PathLight& light) const noexcept {
+        hash.update_word(block_tag::kPathLight).update_word(light.on ? 1 : 0);
+    }
+    void operator()(const StageCurve& curve) const noexcept {
+        hash.update_word(block_tag::kStageCurve).update_word(curve.spacing_um);
+    }
+    void operator()(const StageKnot& k) const noexcept {
+        hash.update_word(block_tag::kStageKnot).update_word(word(k.x)).update_word(word(k.y)).update_word(word(k.z));
+    }
     void operator()(const PathEnd& /*end*/) const noexcept { hash.update_word(block_tag::kPathEnd); }
     void operator()(const Turn& turn) const noexcept { hash.update_word(block_tag::kTurn).update_word(word(turn.c)); }
     void operator()(const JobEnd& /*end*/) const noexcept { hash.update_word(block_tag::kJobEnd); }
@@ -44,6 +53,12 @@ void JobHasher::add(const Item& item) noexcept {
         words(*job_end);
     } else if (const auto* arc = std::get_if<PathArc>(&item)) {
         words(*arc);
+    } else if (const auto* light = std::get_if<PathLight>(&item)) {
+        words(*light);
+    } else if (const auto* curve = std::get_if<StageCurve>(&item)) {
+        words(*curve);
+    } else if (const auto* knot = std::get_if<StageKnot>(&item)) {
+        words(*knot);
     }
 }
 

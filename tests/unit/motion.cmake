@@ -4,6 +4,7 @@ sc_test(unit_motion LABEL unit
           ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/axis_geometry_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/shared/machine/axis_map_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/move_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/stage_curve_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/xy2_100_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/field_map_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/laser/frame_polynomial_test.cpp

@@ -33,7 +33,10 @@ std::vector<Item> random_items(Random& random) {
     sc::PathPoint last;
     const std::uint64_t count = below(random, 300);
     for (std::uint64_t i = 0; i < count; ++i) {
-        switch (below(random, 20)) {
+        switch (below(random, 24)) {
+            case 20: items.emplace_back(sc::PathLight{below(random, 2) == 0}); break;
+            case 21: items.emplace_back(sc::StageCurve{static_cast<std::uint32_t>(random())}); break;
+            case 22: items.emplace_back(sc::StageKnot{coordinate(random, 0), coordinate(random, 0), 7}); break;
             case 0: items.emplace_back(sc::PathEnd{}); break;
             case 1: items.emplace_back(sc::JobEnd{}); break;
             case 4: {
@@ -46,7 +49,7 @@ std::vector<Item> random_items(Random& random) {
             case 3: {
                 sc::PathBegin begin;
                 begin.path = static_cast<std::uint32_t>(random());
-                begin.actuator = static_cast<sc::Actuator>(below(random, 2));
+                begin.actuator = static_cast<sc::Actuator>(below(random, 3));
                 begin.energy_nj = static_cast<std::uint32_t>(random());
                 begin.anchor_z = coordinate(random, 0);
                 items.emplace_back(begin);
@@ -87,7 +90,7 @@ TEST(BlockProperty, AnyBytesAreEitherRefusedOrYieldTheirCount) {
         // Exact-size storage, so that a sanitizer sees any read outside.
         std::vector<std::uint8_t> bytes(below(random, 40));
         for (std::uint8_t& byte : bytes) {
-            byte = static_cast<std::uint8_t>(below(random, 3) == 0 ? below(random, 256) : below(random, 6));
+            byte = static_cast<std::uint8_t>(below(random, 3) == 0 ? below(random, 256) : below(random, 10));
         }
         const std::size_t count = below(random, 6);
         sc::BlockReader reader(bytes, count);

@@ -89,6 +89,9 @@ void CellRig::tick() {
     set_points_.push_back(out.set_point);
     ++tick_;
     receive();
+    if (on_tick_) {
+        on_tick_();
+    }
 }
 
 void CellRig::ticks(int count) {

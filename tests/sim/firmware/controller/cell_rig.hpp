@@ -67,6 +67,8 @@ public:
     /// False stops heartbeats and everything else from the host.
     void speak(bool on) { speaking_ = on; }
 
+    /// Told of each tick.
+    void watch(std::function<void()> on_tick) { on_tick_ = std::move(on_tick); }
     void ticks(int count);
     /// Ticks until the predicate holds; false after `limit` ticks.
     bool until(const std::function<bool()>& predicate, int limit = 200'000);
@@ -103,6 +105,7 @@ private:
     std::vector<PathPulse> path_pulses_;
     std::vector<AxisPositions> set_points_;
     std::vector<std::uint8_t> bytes_;
+    std::function<void()> on_tick_;
 };
 
 /// A short job on face 0: turn, one cross by the galvo, one line by the axes.

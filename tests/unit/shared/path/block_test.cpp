@@ -54,10 +54,21 @@ std::optional<std::vector<Item>> decode(const Buffer& bytes, std::size_t count) 
 }
 
 TEST(Block, EveryKindOfItemComesBack) {
-    const std::vector<Item> items{
-        sc::Turn{-9'000'000}, some_begin(),  PathPoint{1, 2, 3}, PathPoint{4, 6, 8},
-        PathPoint{8, 9, 10},  sc::PathEnd{}, PathPoint{0, 0, 0}, sc::PathArc{{kMin, 1, 2}, {kMax, -3, 4}},
-        PathPoint{7, 7, 7},   sc::JobEnd{}};
+    const std::vector<Item> items{sc::Turn{-9'000'000},
+                                  some_begin(),
+                                  PathPoint{1, 2, 3},
+                                  PathPoint{4, 6, 8},
+                                  PathPoint{8, 9, 10},
+                                  sc::PathEnd{},
+                                  PathPoint{0, 0, 0},
+                                  sc::PathArc{{kMin, 1, 2}, {kMax, -3, 4}},
+                                  PathPoint{7, 7, 7},
+                                  sc::PathLight{false},
+                                  sc::StageCurve{0xFFFFFFFF},
+                                  sc::StageKnot{kMin, -1, kMax},
+                                  PathPoint{7, 7, 8},
+                                  sc::PathLight{true},
+                                  sc::JobEnd{}};
     EXPECT_EQ(decode(encode(items), items.size()), items);
 }
 
@@ -68,6 +79,14 @@ TEST(Block, HasThisLayout) {
     const Buffer expected{4, 0xFE, 0xFF, 0xFF, 0xFF, 1, 3, 1,    0,    0, 0, 2,   0, 0,
                           0, 3,    0,    0,    0,    4, 1, 0x80, 0x01, 0, 0, 127, 3};
     EXPECT_EQ(encode(items), expected);
+}
+
+TEST(Block, LightAndStageHaveThisLayout) {
+    const Buffer expected{7, 1, 8, 0x40, 0x9C, 0, 0, 9, 1, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF, 3, 0, 0, 0};
+    EXPECT_EQ(encode({sc::PathLight{true}, sc::StageCurve{40'000}, sc::StageKnot{1, -2, 3}}), expected);
+    EXPECT_FALSE(decode({7, 2}, 1).has_value()) << "neither on nor off";
+    EXPECT_FALSE(decode({7}, 1).has_value());
+    EXPECT_FALSE(decode({8, 1, 0, 0}, 1).has_value());
 }
 
 TEST(Block, AnArcHasThisLayout) {

@@ -64,6 +64,19 @@ TEST(JobHash, ChangesWithEveryFieldAndWithTheOrder) {
     }
 }
 
+TEST(JobHash, ChangesWithLightAndStage) {
+    const auto hash = [](const Item& item) { return sc::job_hash(std::vector<Item>{item}); };
+    const std::vector<std::uint64_t> hashes{
+        hash(sc::PathLight{false}),   hash(sc::PathLight{true}),    hash(sc::StageCurve{1}),
+        hash(sc::StageCurve{2}),      hash(sc::StageKnot{1, 2, 3}), hash(sc::StageKnot{2, 2, 3}),
+        hash(sc::StageKnot{1, 3, 3}), hash(sc::StageKnot{1, 2, 4}), hash(sc::PathPoint{1, 2, 3})};
+    for (std::size_t i = 0; i < hashes.size(); ++i) {
+        for (std::size_t k = 0; k < i; ++k) {
+            EXPECT_NE(hashes[i], hashes[k]) << i << " " << k;
+        }
+    }
+}
+
 TEST(JobHash, ChangesWithEachCoordinateOfAnArc) {
     const auto hash = [](const sc::PathArc& arc) { return sc::job_hash(std::vector<Item>{arc}); };
     const std::uint64_t plain = hash({});
