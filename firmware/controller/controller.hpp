@@ -70,6 +70,7 @@ private:
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
     [[nodiscard]] Verdict set_galvo_field(const link::SetGalvoField& message) noexcept;
     [[nodiscard]] Verdict set_power_curve(const link::SetPowerCurve& message) noexcept;
+    [[nodiscard]] Verdict set_galvo_lag(const link::SetGalvoLag& message) noexcept;
 
     [[nodiscard]] bool geometry_may_change() const noexcept;
     [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;

@@ -20,9 +20,8 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept
     : machine_(machine),
       y_retracted_(machine.y_retracted.si()),
       geometry_(machine),
-      field_(machine.galvo),
-      lead_(galvo_lead(machine.galvo, machine.galvo_period_ns)),
-      mirror_lag_ns_(machine.galvo.latency_ns - rounded(lead_.per_velocity * 1e9)) {
+      field_(machine.galvo) {
+    set_galvo_lag(lag_of(machine.galvo));
     set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
@@ -56,6 +55,11 @@ void JobRunner::set_compensation(const Compensation& compensation) noexcept {
     set_retreat();
     field_.set(compensation);
     place_ = geometry_.place_of(set_point_);
+}
+
+void JobRunner::set_galvo_lag(const GalvoLag& lag) noexcept {
+    lead_ = galvo_lead(with_lag(machine_.galvo, lag), machine_.galvo_period_ns);
+    mirror_lag_ns_ = lag.latency_ns - rounded(lead_.per_velocity * 1e9);
 }
 
 void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {

@@ -10,6 +10,7 @@
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/path_motion.hpp"
 #include "shared/codes/codes.hpp"
+#include "shared/machine/galvo_lag.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
 #include "shared/path/item.hpp"
@@ -65,6 +66,9 @@ public:
     /// New field correction, in place of the compensation's matrix for the galvo; drop takes it away.
     void set_galvo_field(const GalvoField& field) noexcept { field_.set(field); }
     void drop_galvo_field() noexcept { field_.drop(); }
+
+    /// How the mirrors follow; a sound lag.
+    void set_galvo_lag(const GalvoLag& lag) noexcept;
 
     /// Power over the power byte as measured; a sound one.
     void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
@@ -164,7 +168,7 @@ private:
     motion::PathMotion motion_;
     laser::FieldMap field_;
     GalvoLead lead_;
-    std::int64_t mirror_lag_ns_;  ///< of the mirrors behind their frames, less what the lead makes up for
+    std::int64_t mirror_lag_ns_ = 0;  ///< of the mirrors behind their frames, less what the lead makes up for
     laser::PulsePlacer placer_;
     PowerCurve curve_;
     motion::Move move_;

@@ -70,6 +70,8 @@ Compensation compensation_of(const CalibrationSet& set) {
     return out;
 }
 
+GalvoLag galvo_lag_of(const CalibrationSet& set) { return set.galvo_lag ? set.galvo_lag->lag : GalvoLag{}; }
+
 PowerCurve power_curve_of(const CalibrationSet& set) { return set.power ? set.power->curve : PowerCurve{}; }
 
 MachineConfig machine_of(const CalibrationSet& set, MachineConfig machine) {

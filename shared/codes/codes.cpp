@@ -152,6 +152,11 @@ constexpr std::array kRows{
         "the pulse width cannot be changed while the laser is armed", "disarm first"),
     row(Refusal::pulse_width_unsupported, "pulse_width_unsupported", "this source's pulse width cannot be set",
         "leave pulse_width_ns out of the job, or fit a MOPA source"),
+    row(Refusal::bad_galvo_lag, "bad_galvo_lag",
+        "a lag of the galvo is out of range, or far from what the machine states; the refusal's detail says 1 latency, "
+        "2 frequency, 3 damping, 4 a latency that does not hold the servo's lag",
+        "tune it again with scribecell calibrate galvo-lag; correct the machine's configuration if another head is "
+        "fitted"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),

@@ -85,6 +85,7 @@ enum class Refusal : std::uint16_t {
     pulse_width_wrong_source = 137,
     pulse_width_while_armed = 138,
     pulse_width_unsupported = 139,
+    bad_galvo_lag = 141,
 };
 
 enum class LimitedBy : std::uint8_t {
