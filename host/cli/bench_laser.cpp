@@ -93,6 +93,8 @@ std::vector<Figure> bench_laser(const BenchOptions& options) {
                                 {"field_without_depth_max_um", flat.max_um, "um"}};
     const std::vector<Figure> pulses = bench_pulses(options);
     figures.insert(figures.end(), pulses.begin(), pulses.end());
+    const std::vector<Figure> lag = bench_lag(options);
+    figures.insert(figures.end(), lag.begin(), lag.end());
     return figures;
 }
 
