@@ -81,6 +81,7 @@ private:
     void watch_source(const ServoInputs& in) noexcept;
     void watch_drives(const ServoInputs& in) noexcept;
     void watch_link(const ServoInputs& in) noexcept;
+    void measure_axes(const ServoInputs& in) noexcept;
     void watch_set_points(const AxisPositions& before, std::int64_t tick) noexcept;
     void trip(Fault fault, std::uint8_t axis, std::int64_t tick) noexcept;
     [[nodiscard]] std::uint64_t present_faults(const ServoInputs& in) const noexcept;

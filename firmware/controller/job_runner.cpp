@@ -20,7 +20,8 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept
     : machine_(machine),
       y_retracted_(machine.y_retracted.si()),
       geometry_(machine),
-      field_(machine.galvo) {
+      field_(machine.galvo),
+      follower_(machine) {
     set_galvo_lag(lag_of(machine.galvo));
     set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
@@ -60,6 +61,7 @@ void JobRunner::set_compensation(const Compensation& compensation) noexcept {
 void JobRunner::set_galvo_lag(const GalvoLag& lag) noexcept {
     lead_ = galvo_lead(with_lag(machine_.galvo, lag), machine_.galvo_period_ns);
     mirror_lag_ns_ = lag.latency_ns - rounded(lead_.per_velocity * 1e9);
+    follower_.set_mirror_latency(lag.latency_ns);
 }
 
 void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
@@ -143,7 +145,9 @@ void JobRunner::begin_jump() noexcept {
         to = {start[kX] - metres(path_.anchor_x), start[kY] - metres(path_.anchor_y),
               start[kZ] - metres(path_.anchor_z), 0.0};
     }
-    move_.begin({field_x_, field_depth_, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
+    move_.begin({field_x_ + follower_.x(), field_depth_, field_z_ + follower_.z(), 0.0}, to, galvo_limits_,
+                kUnlimited);
+    follower_.drop();
     phase_ = Phase::jump;
     phase_tick_ = tick_ + 1;  // this tick's frames are out already
 }
@@ -426,6 +430,9 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::path: path_step(may_mark, out); break;
     }
     set_point_ = geometry_.set_point_of(place_);
+    if (machine_.galvo.follow != FollowAxes::off) {
+        follower_.note(tick, set_point_);
+    }
     return in_time;
 }
 

@@ -24,6 +24,11 @@ namespace sc::host::cli {
 /// placement_mismatched_*. `raw`: lag.csv, a row a world.
 [[nodiscard]] std::vector<Figure> bench_lag(const BenchOptions& options);
 
+/// Lines by the axes while a swinging force pushes them off by 50 µm at 20 Hz, with mirrors that take it up and with
+/// mirrors that do not: what share of the beam's error on the workpiece is gone. Figures: following_error_*. `raw`:
+/// follow.csv.
+[[nodiscard]] std::vector<Figure> bench_follow(const BenchOptions& options);
+
 /// The job that the pulses are judged on.
 struct PulseWorkload {
     std::vector<Item> items;

@@ -162,14 +162,13 @@ std::string refusal(const LagPlan& plan, const std::vector<LagMark>& marks) {
 
 TEST(LagFit, FindsMirrorsThatAreOtherThanTold) {
     const LagPlan plan = plan_of(true);
-    for (const Mirrors& is : {Mirrors{}, Mirrors{176e-6, 1600.0, 0.75}, Mirrors{144e-6, 2400.0, 0.75},
-                              Mirrors{160e-6, 2000.0, 0.6}, Mirrors{205e-6, 1600.0, 0.9}}) {
+    for (const Mirrors& is : {Mirrors{}, Mirrors{144e-6, 2400.0, 0.6}, Mirrors{205e-6, 1600.0, 0.9}}) {
         const LagFit exact = fit_lag(plan, burn(plan, is, 0.0, 1), reference_machine());
         EXPECT_NEAR(static_cast<double>(exact.lag.latency_ns), is.latency * 1e9, 300.0);
         EXPECT_NEAR(exact.lag.natural_frequency.si(), is.frequency, 0.01 * is.frequency);
         EXPECT_NEAR(exact.lag.damping, is.damping, 0.005);
         const LagFit fit = fit_lag(plan, burn(plan, is, 7.5e-6, 2), reference_machine());
-        EXPECT_NEAR(fit.rms, 7.5e-6, 0.5e-6);
+        EXPECT_NEAR(fit.sigma, 7.5e-6, 0.5e-6);
         EXPECT_LT(fit.placement_sigma, 1.5e-6);
         const auto sigma = [&](std::size_t i) { return std::sqrt(fit.covariance.at[i][i]); };
         EXPECT_NEAR(static_cast<double>(fit.lag.latency_ns) * 1e-9, is.latency, 4.0 * sigma(0) + 0.3e-6);
@@ -182,7 +181,7 @@ TEST(LagFit, ItsCovarianceIsTheScatterOfRepeatedPlates) {
     const LagPlan plan = plan_of(true);
     const std::vector<LagMark> exact = burn(plan, {}, 0.0, 1);
     std::array<double, 3> sum{};
-    constexpr int kPlates = 12;
+    constexpr int kPlates = 8;
     LagFit last;
     std::mt19937_64 random(3);
     std::normal_distribution<double> normal;
@@ -229,6 +228,7 @@ TEST(LagFit, RefusesWhatCannotSupportIt) {
     EXPECT_NE(refusal(plan, {marks.begin(), marks.begin() + 150}).find("fewer than 200"), std::string::npos);
     std::vector<LagMark> noisy = marks;
     for (std::size_t i = 0; i < noisy.size(); ++i) {
+        noisy[i].place.x += 150e-6 * std::sin(static_cast<double>(i * i % 97));
         noisy[i].place.z += 150e-6 * std::sin(static_cast<double>(i * i % 101));
     }
     EXPECT_NE(refusal(plan, noisy).find("scatter"), std::string::npos);

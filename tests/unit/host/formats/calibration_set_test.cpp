@@ -147,7 +147,10 @@ TEST(WriteCalibration, RoundTripsTheGalvosLag) {
     const auto bad = dir.write("bad.toml", text.substr(0, text.find("sha256")) +
                                                text.substr(text.find('\n', text.find("sha256")) + 1));
     expect_refusal([&] { static_cast<void>(read_calibration(bad)); },
-                   {.file = bad.string(), .value = "140.0", .problem = "below the servo's own lag"});
+                   {.file = bad.string(),
+                    .line = test::line_with(test::slurp(bad), "latency_us"),
+                    .value = "140.0",
+                    .problem = "below the servo's own lag"});
 }
 
 PowerRecord power_record() {
