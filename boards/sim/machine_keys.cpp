@@ -17,7 +17,8 @@ constexpr double kRingRadius = 0.25;  ///< m
 [[noreturn]] void refuse(const std::string& setting, const std::string& why) {
     throw std::invalid_argument("--machine " + setting + ": " + why +
                                 "; give KEY=VALUE with a key of galvo.word (16 or 18), galvo.latency_us, "
-                                "galvo.natural_frequency_hz (0: unknown), galvo.damping, galvo.follow (off, drives or encoders), axis.encoder_um "
+                                "galvo.natural_frequency_hz (0: unknown), galvo.damping, galvo.follow (off, drives or "
+                                "encoders), axis.encoder_um "
                                 "(0: none), laser.power_byte (average or "
                                 "energy)");
 }

@@ -145,8 +145,7 @@ void JobRunner::begin_jump() noexcept {
         to = {start[kX] - metres(path_.anchor_x), start[kY] - metres(path_.anchor_y),
               start[kZ] - metres(path_.anchor_z), 0.0};
     }
-    move_.begin({field_x_ + follower_.x(), field_depth_, field_z_ + follower_.z(), 0.0}, to, galvo_limits_,
-                kUnlimited);
+    move_.begin({field_x_ + follower_.x(), field_depth_, field_z_ + follower_.z(), 0.0}, to, galvo_limits_, kUnlimited);
     follower_.drop();
     phase_ = Phase::jump;
     phase_tick_ = tick_ + 1;  // this tick's frames are out already

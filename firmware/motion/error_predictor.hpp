@@ -8,9 +8,9 @@ namespace sc::motion {
 /// What an axis is off its path, ahead of the last sample: error, its speed and its acceleration, by a Kalman filter in
 /// its steady state (an α-β-γ filter) of the model "the acceleration stays".
 ///
-/// The gains follow from two figures. The samples lie on the encoder's grid q: variance q²/12, white. The error is taken
-/// to swing with amplitude A at the bandwidth f, ω = 2πf: then its jerk has the variance A²ω⁶/2 and is alike over some
-/// 1/ω. White noise of the same density, drawn once a sample T, has the variance A²ω⁶/2 · 2/(ωT) = A²ω⁵/T. With it
+/// The gains follow from two figures. The samples lie on the encoder's grid q: variance q²/12, white. The error is
+/// taken to swing with amplitude A at the bandwidth f, ω = 2πf: then its jerk has the variance A²ω⁶/2 and is alike over
+/// some 1/ω. White noise of the same density, drawn once a sample T, has the variance A²ω⁶/2 · 2/(ωT) = A²ω⁵/T. With it
 /// Riccati's equation is run until it stands; no libm, the same bits everywhere. The error of a prediction by h is then
 /// some A(ωh)³/6 and the grid's noise, a place of 0.8 to 1 grid.
 class ErrorPredictor {

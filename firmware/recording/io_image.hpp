@@ -16,9 +16,9 @@ namespace sc::recording {
 
 inline constexpr std::size_t kDriveFrameBytes = 2 + 1 + 8;
 inline constexpr std::size_t kEncoderBytes = 1 + 4 + 8 * kAxisCount;
-inline constexpr std::size_t kInputsImageCapacity =
-    8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
-    kEncoderBytes;
+inline constexpr std::size_t kInputsImageCapacity = 8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 +
+                                                    kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
+                                                    kEncoderBytes;
 inline constexpr std::size_t kLaserRunBytes = 8 + 8 + 4 + 2 + 1 + 1 + 2;
 inline constexpr std::size_t kPathPulseBytes = 4 + 1 + 1 + 4 + 8 + 24 + 8;
 inline constexpr std::size_t kGalvoFrameBytes = 8 + 8 + 4 + 4;

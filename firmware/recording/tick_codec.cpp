@@ -287,10 +287,9 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
                        inputs.guard_causes != memory.guard_causes;
     const bool jump = inputs.tick != memory.tick;
     const bool state = digest.state != memory.digest.state || digest.faults != memory.digest.faults;
-    out.put(static_cast<std::uint8_t>(frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) |
-                                      (jump ? kTickJump : 0U) | (state ? kState : 0U) |
-                                      (inputs.source_rx.empty() ? 0U : kSource) |
-                                      (inputs.encoders.valid ? kEncoders : 0U)));
+    out.put(static_cast<std::uint8_t>(
+        frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) | (jump ? kTickJump : 0U) |
+        (state ? kState : 0U) | (inputs.source_rx.empty() ? 0U : kSource) | (inputs.encoders.valid ? kEncoders : 0U)));
     if (jump) {
         out.put(inputs.tick);
     }

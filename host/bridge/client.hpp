@@ -14,8 +14,8 @@
 #include "shared/codes/state.hpp"
 #include "shared/machine/axis_map.hpp"
 #include "shared/machine/galvo_field.hpp"
-#include "shared/machine/machine.hpp"
 #include "shared/machine/galvo_lag.hpp"
+#include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
 
 namespace sc::host {

@@ -137,7 +137,9 @@ private:
                 const auto force = [&](std::size_t half) {
                     return da * first_[2 * i + half][k] + db * second_[2 * i + half][k];
                 };
-                const auto pull = [&](double f, double place, double speed) { return (f - place - is.a * speed) / is.b; };
+                const auto pull = [&](double f, double place, double speed) {
+                    return (f - place - is.a * speed) / is.b;
+                };
                 const double f0 = force(0);
                 const double f1 = force(1);
                 const double f2 = force(2);
@@ -165,8 +167,7 @@ private:
 class Fit {
 public:
     Fit(const LagPlan& plan, const std::vector<LagMark>& marks, const MachineConfig& machine) : machine_(machine) {
-        told_ = {static_cast<double>(plan.told.latency_ns) * 1e-9, plan.told.natural_frequency.si(),
-                 plan.told.damping};
+        told_ = {static_cast<double>(plan.told.latency_ns) * 1e-9, plan.told.natural_frequency.si(), plan.told.damping};
         start_ = told_.frequency > 0.0 ? told_ : Lag{told_.latency, 2000.0, 0.7};
         std::map<int, std::vector<LagMark>> by_line;
         for (const LagLine& line : plan.lines) {
@@ -175,7 +176,8 @@ public:
         for (const LagMark& mark : marks) {
             const auto found = by_line.find(mark.line);
             if (found == by_line.end()) {
-                throw std::domain_error(fmt::format("line {} is not in the plan; number the lines as it does", mark.line));
+                throw std::domain_error(
+                    fmt::format("line {} is not in the plan; number the lines as it does", mark.line));
             }
             found->second.push_back(mark);
         }
@@ -347,7 +349,8 @@ private:
         normal(x, square, gradient);
         const Square inverse = square.ldlt().solve(Square::Identity());
         if (!inverse.allFinite() || !(inverse.diagonal().minCoeff() > 0.0)) {
-            throw std::domain_error("the lines do not show the lag at all; burn straight lines and sines, there and back");
+            throw std::domain_error(
+                "the lines do not show the lag at all; burn straight lines and sines, there and back");
         }
         const Lag lag = lag_of_unknowns(x);
         const std::array<double, 3> scale{kLatencyScale, 0.01 * lag.frequency, 0.01 * lag.damping};
@@ -405,11 +408,12 @@ LagFit fit_lag(const LagPlan& plan, const std::vector<LagMark>& marks, const Mac
     if (const int fault = fault_of(found.lag, machine.galvo, machine.galvo_period_ns); fault != 0) {
         constexpr std::array<const char*, 4> kWhat{"latency", "natural frequency", "damping",
                                                    "latency (it does not hold the servo's lag)"};
-        throw std::domain_error(fmt::format(
-            "no controller of this machine takes this {}: latency {:.1f} us, natural frequency {:.0f} Hz, damping {:.2f}; "
-            "check that plan and measurement belong together, or correct the machine's configuration",
-            kWhat.at(static_cast<std::size_t>(fault - 1)), static_cast<double>(found.lag.latency_ns) * 1e-3,
-            found.lag.natural_frequency.si(), found.lag.damping));
+        throw std::domain_error(
+            fmt::format("no controller of this machine takes this {}: latency {:.1f} us, natural frequency {:.0f} Hz, "
+                        "damping {:.2f}; "
+                        "check that plan and measurement belong together, or correct the machine's configuration",
+                        kWhat.at(static_cast<std::size_t>(fault - 1)), static_cast<double>(found.lag.latency_ns) * 1e-3,
+                        found.lag.natural_frequency.si(), found.lag.damping));
     }
     return found;
 }

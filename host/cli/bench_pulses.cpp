@@ -221,9 +221,8 @@ std::vector<Figure> bench_pulses(const BenchOptions& options) {
         PulseFigures straight;
     };
     const auto run = [&](const char* name, const char* world, const std::vector<std::string>& machine) {
-        const auto pulses =
-            burn_pulses(work.items, {.world = beam_world(world), .machine = machine, .seed = options.seed},
-                        folder.path() / name);
+        const auto pulses = burn_pulses(
+            work.items, {.world = beam_world(world), .machine = machine, .seed = options.seed}, folder.path() / name);
         // Where the axes stand is known from the paths whose pulses have places of their own.
         const PulseFigures straight = check_pulses(job, pulses, {work.straight, std::nullopt});
         const Judged judged{check_pulses(job, pulses, {std::nullopt, straight.stand}), straight};

@@ -47,26 +47,26 @@ std::array<Row, 3> rows_of(const GalvoLagOutcome& outcome) {
 }
 
 std::string text_of(const GalvoLagOutcome& outcome) {
-    std::string text = fmt::format("{:<18} {:>10} {:>12} {:>10}  {}\n", "mirrors", "stated", "found", "1 sigma", "unit");
+    std::string text =
+        fmt::format("{:<18} {:>10} {:>12} {:>10}  {}\n", "mirrors", "stated", "found", "1 sigma", "unit");
     for (const Row& row : rows_of(outcome)) {
         text += fmt::format("{:<18} {:>10.3f} {:>12.4f} {:>10.4f}  {}\n", row.name, row.told, row.value, row.sigma,
                             row.unit);
     }
     const LagFit& fit = outcome.fit;
     text += fmt::format(
-        "{} marks, {} not believed; left over: {:.2f} um (1 sigma, each coordinate). A pulse's place at full speed and\n"
+        "{} marks, {} not believed; left over: {:.2f} um (1 sigma, each coordinate). A pulse's place at full speed "
+        "and\n"
         "acceleration is known to {:.2f} um (1 sigma)\n",
         fit.marks, fit.outliers, fit.rms * 1e6, fit.placement_sigma * 1e6);
     return text + (outcome.files.empty() ? "nothing was kept: --out names a folder\n" : outcome.files + "\n");
 }
 
 nlohmann::ordered_json json_of(const GalvoLagOutcome& outcome) {
-    nlohmann::ordered_json out{{"format", "scribecell-galvo-lag"},
-                               {"version", 1},
-                               {"marks", outcome.fit.marks},
-                               {"outliers", outcome.fit.outliers},
-                               {"rms_um", outcome.fit.rms * 1e6},
-                               {"placement_sigma_um", outcome.fit.placement_sigma * 1e6}};
+    nlohmann::ordered_json out{
+        {"format", "scribecell-galvo-lag"}, {"version", 1},
+        {"marks", outcome.fit.marks},       {"outliers", outcome.fit.outliers},
+        {"rms_um", outcome.fit.rms * 1e6},  {"placement_sigma_um", outcome.fit.placement_sigma * 1e6}};
     for (const Row& row : rows_of(outcome)) {
         out[row.key] = {{"stated", row.told}, {"value", row.value}, {"sigma", row.sigma}};
     }

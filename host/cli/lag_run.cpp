@@ -126,14 +126,14 @@ GalvoLagOutcome fit_lag_plate(const std::filesystem::path& plan, const std::file
     outcome.set.parents = {set.id};
     outcome.set.id = set.id + "+galvo-lag";
     outcome.set.time = now_text();
-    outcome.set.galvo_lag = {.lag = outcome.fit.lag,
-                             .covariance = outcome.fit.covariance,
-                             .provenance = {.parents = {set.id, measured.filename().string()},
-                                            .residual_rms = outcome.fit.rms,
-                                            .time = outcome.set.time,
-                                            .note = fmt::format("{} marks, {} not believed; noise {:.2f} um",
-                                                                outcome.fit.marks, outcome.fit.outliers,
-                                                                outcome.fit.sigma * 1e6)}};
+    outcome.set.galvo_lag = {
+        .lag = outcome.fit.lag,
+        .covariance = outcome.fit.covariance,
+        .provenance = {.parents = {set.id, measured.filename().string()},
+                       .residual_rms = outcome.fit.rms,
+                       .time = outcome.set.time,
+                       .note = fmt::format("{} marks, {} not believed; noise {:.2f} um", outcome.fit.marks,
+                                           outcome.fit.outliers, outcome.fit.sigma * 1e6)}};
     return outcome;
 }
 

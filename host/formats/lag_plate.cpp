@@ -101,9 +101,9 @@ LagLine read_line(const Rows& rows, std::size_t i) {
 }  // namespace
 
 LagPlan read_lag_plan(const std::filesystem::path& path) {
-    const Rows rows(path, {"line", "along", "way", "start_x", "start_z", "run", "amplitude", "wavelength", "speed",
-                           "pitch", "anchor_x", "anchor_y", "anchor_z", "told_latency_us", "told_frequency_hz",
-                           "told_damping"});
+    const Rows rows(path,
+                    {"line", "along", "way", "start_x", "start_z", "run", "amplitude", "wavelength", "speed", "pitch",
+                     "anchor_x", "anchor_y", "anchor_z", "told_latency_us", "told_frequency_hz", "told_damping"});
     LagPlan plan;
     std::set<int> seen;
     for (std::size_t i = 0; i < rows.size(); ++i) {

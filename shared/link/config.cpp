@@ -167,7 +167,8 @@ bool axes_are_sound(const MachineConfig& m) noexcept {
         }
     }
     const AxisConfig& y = m.axis[index(Axis::y)];
-    return finite(m.table_y.si()) && finite(m.y_retracted.si()) && m.y_retracted.si() >= y.travel_min && m.y_retracted.si() <= y.travel_max;
+    return finite(m.table_y.si()) && finite(m.y_retracted.si()) && m.y_retracted.si() >= y.travel_min &&
+           m.y_retracted.si() <= y.travel_max;
 }
 
 /// The lag of the servo is a part of the latency, and a servo so damped is none.

@@ -25,7 +25,8 @@ Exit codes: 0 done; 1 the crosses cannot be told; 2 bad usage.)";
 }  // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app{"Measures the crosses or lines on a plate that the simulated cell has burnt.", "scribecell-plate-camera"};
+    CLI::App app{"Measures the crosses or lines on a plate that the simulated cell has burnt.",
+                 "scribecell-plate-camera"};
     std::string trace;
     std::string out;
     double sigma_um = 7.5;

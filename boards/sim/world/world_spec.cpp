@@ -108,8 +108,8 @@ void add_drives(std::vector<NumberKey>& keys) {
                         [i](WorldSpec& w) -> double& { return w.drives.disturbance[i]; }, turn ? 1e-3 : 1e-6, 0.0,
                         1000.0});
     }
-    keys.push_back({"drives.disturbance_hz", [](WorldSpec& w) -> double& { return w.drives.disturbance_frequency; }, 1.0,
-                    0.0, 1000.0});
+    keys.push_back({"drives.disturbance_hz", [](WorldSpec& w) -> double& { return w.drives.disturbance_frequency; },
+                    1.0, 0.0, 1000.0});
 }
 
 Field galvo(double GalvoTruth::* member) { return member_of(&WorldSpec::galvo, member); }

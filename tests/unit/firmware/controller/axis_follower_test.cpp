@@ -26,9 +26,7 @@ MachineConfig machine_with(FollowAxes follow) {
 double at(const AxisFollower::Cubic& c, double u) { return c.place + u * (c.speed + u * (c.bend + u * c.twist)); }
 
 /// Axes that go along x at 0.1 m/s, the set-points of a moving path.
-AxisPositions path_at(double t) {
-    return {static_cast<std::int64_t>(std::llround(0.1 * t * kPmPerMetre)), 0, 0, 0};
-}
+AxisPositions path_at(double t) { return {static_cast<std::int64_t>(std::llround(0.1 * t * kPmPerMetre)), 0, 0, 0}; }
 
 TEST(AxisFollower, ASampleBelongsToTheSetPointOfItsTimeLessTheLatency) {
     const MachineConfig machine = machine_with(FollowAxes::encoders);

@@ -17,8 +17,7 @@ double left_over(const ErrorPredictor::Design& design, double frequency, double 
     double all = 0.0;
     for (int n = 0; n < 4000; ++n) {
         const double t = n * design.sample_s;
-        const double seen =
-            std::round(design.amplitude * std::sin(kTwoPi * frequency * t) / design.grid) * design.grid;
+        const double seen = std::round(design.amplitude * std::sin(kTwoPi * frequency * t) / design.grid) * design.grid;
         predictor.sample(seen, design.sample_s);
         if (n > 500) {
             const double truth = design.amplitude * std::sin(kTwoPi * frequency * (t + ahead));

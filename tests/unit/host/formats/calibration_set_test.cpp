@@ -144,8 +144,8 @@ TEST(WriteCalibration, RoundTripsTheGalvosLag) {
     EXPECT_EQ(again.galvo_lag->covariance, record.covariance);
     EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
     const std::string text = test::replaced(test::slurp(dir / "c.toml"), "latency_us = 173.774", "latency_us = 140.0");
-    const auto bad = dir.write("bad.toml", text.substr(0, text.find("sha256")) +
-                                               text.substr(text.find('\n', text.find("sha256")) + 1));
+    const auto bad = dir.write(
+        "bad.toml", text.substr(0, text.find("sha256")) + text.substr(text.find('\n', text.find("sha256")) + 1));
     expect_refusal([&] { static_cast<void>(read_calibration(bad)); },
                    {.file = bad.string(),
                     .line = test::line_with(test::slurp(bad), "latency_us"),
