@@ -12,10 +12,14 @@
 namespace sc::sim {
 namespace {
 
+constexpr double kRingRadius = 0.25;  ///< m
+
 [[noreturn]] void refuse(const std::string& setting, const std::string& why) {
     throw std::invalid_argument("--machine " + setting + ": " + why +
                                 "; give KEY=VALUE with a key of galvo.word (16 or 18), galvo.latency_us, "
-                                "galvo.natural_frequency_hz (0: unknown), galvo.damping, laser.power_byte (average or "
+                                "galvo.natural_frequency_hz (0: unknown), galvo.damping, galvo.follow (off, drives or "
+                                "encoders), axis.encoder_um "
+                                "(0: none), laser.power_byte (average or "
                                 "energy)");
 }
 
@@ -43,6 +47,17 @@ void set_one(MachineConfig& machine, const std::string& setting) {
         machine.galvo.natural_frequency = Frequency::from_si(number(setting, value));
     } else if (key == "galvo.damping") {
         machine.galvo.damping = number(setting, value);
+    } else if (key == "galvo.follow" && (value == "off" || value == "drives" || value == "encoders")) {
+        machine.galvo.follow = value == "off"      ? FollowAxes::off
+                               : value == "drives" ? FollowAxes::drives
+                                                   : FollowAxes::encoders;
+    } else if (key == "axis.encoder_um") {
+        // A ring on the turntable's rim, 0.25 m from its axis, has the same line.
+        const double grid = number(setting, value) * 1e-6;
+        for (AxisConfig& axis : machine.axis) {
+            axis.encoder_counts_per_unit = grid > 0.0 ? 1.0 / grid : 0.0;
+        }
+        machine.axis[index(Axis::c)].encoder_counts_per_unit *= kRingRadius * kPi / 180.0;
     } else if (key == "laser.power_byte" && (value == "average" || value == "energy")) {
         machine.laser.power_byte = value == "energy" ? PowerByte::pulse_energy : PowerByte::average_power;
     } else {

@@ -276,6 +276,27 @@ void Controller::drive(const ServoInputs& in, ServoOutputs& out) noexcept {
     drives_seen_ = drives_.step(in.tick, in.drive_rx, request, out);
 }
 
+/// For mirrors that follow the axes. Ahead of the drives' own step, which would tell a tick later.
+void Controller::measure_axes(const ServoInputs& in) noexcept {
+    AxisSample sample;
+    if (machine_.galvo.follow == FollowAxes::drives) {
+        std::int64_t t_tick = 0;
+        if (drives_.measured(in.tick, in.drive_rx, sample.place, t_tick)) {
+            sample.t_ns = t_tick * machine_.control_period_ns;
+            runner_.take_axes(sample);
+        }
+    } else if (machine_.galvo.follow == FollowAxes::encoders && in.encoders.valid) {
+        for (std::size_t i = 0; i < kAxisCount; ++i) {
+            const double counts = machine_.axis[i].encoder_counts_per_unit;
+            const double unit = i == index(Axis::c) ? kNdegPerDegree : kPmPerMetre;
+            sample.place[i] =
+                counts > 0.0 ? rounded(exact_double(in.encoders.counts[i]) * (unit / counts)) : std::int64_t{0};
+        }
+        sample.t_ns = in.tick * machine_.control_period_ns - in.encoders.age_ns;
+        runner_.take_axes(sample);
+    }
+}
+
 void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     out.link_tx_size = out.drive_tx_size = out.laser_size = out.pulses_size = out.source_tx_size = 0;
     link_.receive(in.tick, in.link_rx);
@@ -296,6 +317,7 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     const bool warned = warned_ticks_ * machine_.control_period_ns > machine_.laser.warning_ns;
     mo_.step(state(), !arming || (warned && head_.proven() && shutter_.proven_open()));
 
+    measure_axes(in);
     const AxisPositions before = runner_.set_point();
     if (!runner_.step(in.tick, link_.items(), state() == State::marking, out)) {
         trip(Fault::planner_late, safety::kNoAxis, in.tick);

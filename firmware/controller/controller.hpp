@@ -70,6 +70,7 @@ private:
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
     [[nodiscard]] Verdict set_galvo_field(const link::SetGalvoField& message) noexcept;
     [[nodiscard]] Verdict set_power_curve(const link::SetPowerCurve& message) noexcept;
+    [[nodiscard]] Verdict set_galvo_lag(const link::SetGalvoLag& message) noexcept;
 
     [[nodiscard]] bool geometry_may_change() const noexcept;
     [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;
@@ -80,6 +81,7 @@ private:
     void watch_source(const ServoInputs& in) noexcept;
     void watch_drives(const ServoInputs& in) noexcept;
     void watch_link(const ServoInputs& in) noexcept;
+    void measure_axes(const ServoInputs& in) noexcept;
     void watch_set_points(const AxisPositions& before, std::int64_t tick) noexcept;
     void trip(Fault fault, std::uint8_t axis, std::int64_t tick) noexcept;
     [[nodiscard]] std::uint64_t present_faults(const ServoInputs& in) const noexcept;

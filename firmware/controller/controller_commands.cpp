@@ -62,6 +62,11 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                 link_.reply(event.power_curve.sequence, verdict.refusal, verdict.detail);
                 break;
             }
+            case link::LinkEvent::Kind::galvo_lag: {
+                const Verdict verdict = set_galvo_lag(event.galvo_lag);
+                link_.reply(event.galvo_lag.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
             case link::LinkEvent::Kind::compensation: {
                 const Verdict verdict = set_compensation(event.compensation);
                 link_.reply(event.compensation.sequence, verdict.refusal, verdict.detail);
@@ -407,6 +412,18 @@ Controller::Verdict Controller::set_power_curve(const link::SetPowerCurve& m) no
         return {Refusal::bad_power_curve, static_cast<std::int64_t>(sound_points(curve))};
     }
     runner_.set_power_curve(curve);
+    return {};
+}
+
+Controller::Verdict Controller::set_galvo_lag(const link::SetGalvoLag& m) noexcept {
+    if (!geometry_may_change()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    const GalvoLag lag{std::int64_t{m.latency_ns}, Frequency::from_si(m.natural_frequency_hz), m.damping};
+    if (const int fault = fault_of(lag, machine_.galvo, machine_.galvo_period_ns); fault != 0) {
+        return {Refusal::bad_galvo_lag, fault};
+    }
+    runner_.set_galvo_lag(lag.empty() ? lag_of(machine_.galvo) : lag);
     return {};
 }
 

@@ -22,8 +22,8 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept
       y_retracted_(machine.y_retracted.si()),
       geometry_(machine),
       field_(machine.galvo),
-      lead_(galvo_lead(machine.galvo, machine.galvo_period_ns)),
-      mirror_lag_ns_(machine.galvo.latency_ns - rounded(lead_.per_velocity * 1e9)) {
+      follower_(machine) {
+    set_galvo_lag(lag_of(machine.galvo));
     set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
     for (const std::size_t mirror : {kX, kY, kZ}) {
@@ -57,6 +57,12 @@ void JobRunner::set_compensation(const Compensation& compensation) noexcept {
     set_retreat();
     field_.set(compensation);
     place_ = geometry_.place_of(set_point_);
+}
+
+void JobRunner::set_galvo_lag(const GalvoLag& lag) noexcept {
+    lead_ = galvo_lead(with_lag(machine_.galvo, lag), machine_.galvo_period_ns);
+    mirror_lag_ns_ = lag.latency_ns - rounded(lead_.per_velocity * 1e9);
+    follower_.set_mirror_latency(lag.latency_ns);
 }
 
 void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
@@ -150,7 +156,8 @@ void JobRunner::begin_jump() noexcept {
         const motion::Place stage = stand();
         to = {start[kX] - stage[kX], start[kY] - stage[kY], start[kZ] - stage[kZ], 0.0};
     }
-    move_.begin({field_x_, field_depth_, field_z_, 0.0}, to, galvo_limits_, kUnlimited);
+    move_.begin({field_x_ + follower_.x(), field_depth_, field_z_ + follower_.z(), 0.0}, to, galvo_limits_, kUnlimited);
+    follower_.drop();
     phase_ = Phase::jump;
     phase_tick_ = tick_ + 1;  // this tick's frames are out already
 }
@@ -272,7 +279,7 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     motion_.forget_before(t - lag - seconds(2), next_distance());
     const bool split = path_.actuator == Actuator::split;
     const bool drained =
-        t > motion_.end_time() + lag + seconds(kDrainTicks) && (!split || (follower_.settled() && history_.stands()));
+        t > motion_.end_time() + lag + seconds(kDrainTicks) && (!split || (stage_follower_.settled() && history_.stands()));
     if (motion_.stopped() && drained) {
         at_rest_ = true;
     } else if (motion_.complete() && drained) {
@@ -282,7 +289,7 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
 
 /// The stage goes on along its curve; it is where this says one axis latency later.
 void JobRunner::stage_step(const motion::Segment& segment, double t) noexcept {
-    const double distance = follower_.push(nearest(value(segment.piece->distance, segment.x(t)) * kPmPerMetre));
+    const double distance = stage_follower_.push(nearest(value(segment.piece->distance, segment.x(t)) * kPmPerMetre));
     motion::StageCurve::Point place = stage_.at(distance);
     for (double& p : place) {
         p = exact_double(nearest(p * kPmPerMetre)) / kPmPerMetre;
@@ -444,7 +451,7 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
             if (!stopping_ && !refused && motion_.ready()) {
                 phase_ = Phase::path;
                 phase_tick_ = tick + 1;
-                follower_.open();
+                stage_follower_.open();
                 history_.fill({place_[kX], place_[kY], place_[kZ]});
             }
             break;
@@ -458,6 +465,9 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::path: path_step(may_mark, out); break;
     }
     set_point_ = geometry_.set_point_of(place_);
+    if (machine_.galvo.follow != FollowAxes::off) {
+        follower_.note(tick, set_point_);
+    }
     return in_time;
 }
 

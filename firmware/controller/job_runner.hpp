@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "firmware/controller/axis_follower.hpp"
 #include "firmware/hal/io.hpp"
 #include "firmware/laser/field_map.hpp"
 #include "firmware/laser/pulse_placer.hpp"
@@ -11,6 +12,7 @@
 #include "firmware/motion/path_motion.hpp"
 #include "firmware/motion/stage_curve.hpp"
 #include "shared/codes/codes.hpp"
+#include "shared/machine/galvo_lag.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
 #include "shared/path/item.hpp"
@@ -66,6 +68,11 @@ public:
     /// New field correction, in place of the compensation's matrix for the galvo; drop takes it away.
     void set_galvo_field(const GalvoField& field) noexcept { field_.set(field); }
     void drop_galvo_field() noexcept { field_.drop(); }
+
+    /// How the mirrors follow; a sound lag.
+    void set_galvo_lag(const GalvoLag& lag) noexcept;
+    /// Where the axes were measured, for mirrors that follow them. Before `step`, in order of time.
+    void take_axes(const AxisSample& sample) noexcept { follower_.take(sample); }
 
     /// Power over the power byte as measured; a sound one.
     void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
@@ -169,7 +176,9 @@ private:
     [[nodiscard]] double override_share() noexcept;
     void galvo_path(double t, ServoOutputs& out) noexcept;
     void galvo_jump(double t, ServoOutputs& out) noexcept;
-    void galvo_still(ServoOutputs& out) const noexcept;
+    void galvo_still(ServoOutputs& out) noexcept;
+    /// Frames that take up what the axes are off their path; false: the mirrors have nothing to take up.
+    [[nodiscard]] bool follow_axes(ServoOutputs& out) noexcept;
     [[nodiscard]] laser::FieldPatch field_patch(const motion::Place& at) const noexcept {
         return field_.patch(at[index(Axis::x)], at[index(Axis::z)], at[index(Axis::y)]);
     }
@@ -185,10 +194,11 @@ private:
     motion::PathMotion motion_;
     laser::FieldMap field_;
     GalvoLead lead_;
-    std::int64_t mirror_lag_ns_;  ///< of the mirrors behind their frames, less what the lead makes up for
+    std::int64_t mirror_lag_ns_ = 0;  ///< of the mirrors behind their frames, less what the lead makes up for
     motion::StageCurve stage_;
-    motion::StageFollower follower_;
+    motion::StageFollower stage_follower_;
     motion::StageHistory history_;
+    AxisFollower follower_;
     laser::PulsePlacer placer_;
     PowerCurve curve_;
     motion::Move move_;

@@ -88,6 +88,47 @@ void take_stage(laser::FramePolynomial<kDegree>& place, const FrameLaw& law, std
     place[3] -= s[3];
 }
 
+/// Words for places (x, z, depth), and the places asked for, by the number of the frame.
+template <GalvoWord kWord, std::size_t kDegree>
+[[gnu::always_inline]] inline void fill_frames(const laser::FieldPatch& patch,
+                                               const std::array<laser::FramePolynomial<kDegree>, 3>& led,
+                                               std::array<laser::FramePolynomial<kDegree>, 2> place,
+                                               std::span<GalvoFrame> frames) noexcept {
+    const auto counts = [&](std::size_t mirror) noexcept {
+        const std::array<double, 3>& m = patch.m[mirror];
+        laser::FramePolynomial<kDegree> sum;
+        for (std::size_t n = 0; n <= kDegree; ++n) {
+            sum[n] = m[0] * led[0][n] + m[1] * led[1][n] + m[2] * led[2][n];
+        }
+        sum[0] += patch.offset[mirror];
+        return sum;
+    };
+    // Two loops: the differences of two polynomials are what a core's registers hold.
+    laser::FrameValues<kDegree> count_x(counts(0));
+    laser::FrameValues<kDegree> count_z(counts(1));
+    const laser::WordFormat format = patch.format;
+    for (GalvoFrame& frame : frames) {
+        const auto words =
+            format.clamped_words<kWord>(nearest32_within(count_x.value()), nearest32_within(count_z.value()));
+        frame.word_x = words[0];
+        frame.word_z = words[1];
+        count_x.next();
+        count_z.next();
+    }
+    for (std::size_t n = 0; n <= kDegree; ++n) {
+        place[0][n] *= kPmPerMetre;
+        place[1][n] *= kPmPerMetre;
+    }
+    laser::FrameValues<kDegree> x(place[0]);
+    laser::FrameValues<kDegree> z(place[1]);
+    for (GalvoFrame& frame : frames) {
+        frame.x_pm = nearest_within(x.value());
+        frame.z_pm = nearest_within(z.value());
+        x.next();
+        z.next();
+    }
+}
+
 /// Frames of one segment under one patch, from path time t on: the words' counts are polynomials too. A new patch is
 /// made for the place at frame `middle`, if that is not negative.
 template <GalvoWord kWord, std::size_t kDegree>
@@ -101,8 +142,8 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
         take_stage<kDegree>(place, law, axis);
         return place;
     };
-    Polynomial place_x = place_of(kX);
-    Polynomial place_z = place_of(kZ);
+    const Polynomial place_x = place_of(kX);
+    const Polynomial place_z = place_of(kZ);
     const Polynomial x_led = laser::led<kDegree>(place_x, law.per_step, law.per_step2);
     const Polynomial z_led = laser::led<kDegree>(place_z, law.per_step, law.per_step2);
     Polynomial depth{};
@@ -115,44 +156,42 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
         law.patch = law.map.patch(laser::value<kDegree>(x_led, middle), laser::value<kDegree>(z_led, middle),
                                   laser::value<kDegree>(depth, middle));
     }
-    const auto counts = [&](std::size_t mirror) noexcept {
-        const std::array<double, 3>& m = law.patch.m[mirror];
-        Polynomial sum;
-        for (std::size_t n = 0; n <= kDegree; ++n) {
-            sum[n] = m[0] * x_led[n] + m[1] * z_led[n] + m[2] * depth[n];
-        }
-        sum[0] += law.patch.offset[mirror];
-        return sum;
-    };
-    // Two loops: the differences of two polynomials are what a core's registers hold.
-    laser::FrameValues<kDegree> count_x(counts(0));
-    laser::FrameValues<kDegree> count_z(counts(1));
-    const laser::WordFormat format = law.patch.format;
-    for (GalvoFrame& frame : frames) {
-        const auto words =
-            format.clamped_words<kWord>(nearest32_within(count_x.value()), nearest32_within(count_z.value()));
-        frame.word_x = words[0];
-        frame.word_z = words[1];
-        count_x.next();
-        count_z.next();
-    }
-    for (std::size_t n = 0; n <= kDegree; ++n) {
-        place_x[n] *= kPmPerMetre;
-        place_z[n] *= kPmPerMetre;
-    }
-    laser::FrameValues<kDegree> x(place_x);
-    laser::FrameValues<kDegree> z(place_z);
-    for (GalvoFrame& frame : frames) {
-        frame.x_pm = nearest_within(x.value());
-        frame.z_pm = nearest_within(z.value());
-        x.next();
-        z.next();
-    }
+    fill_frames<kWord, kDegree>(law.patch, {x_led, z_led, depth}, {place_x, place_z}, frames);
 }
 
 }  // namespace
 
-void JobRunner::galvo_still(ServoOutputs& out) const noexcept {
+bool JobRunner::follow_axes(ServoOutputs& out) noexcept {
+    if (machine_.galvo.follow == FollowAxes::off) {
+        return false;
+    }
+    const bool marking = phase_ == Phase::path && path_.actuator == Actuator::axes;
+    const auto shift = follower_.step(tick_, marking, place_[kY] - machine_.table_y.si());
+    if (!shift) {
+        return false;
+    }
+    constexpr double kPerFrame = 1.0 / static_cast<double>(kGalvoFramesPerTick);
+    const auto over_frames = [](double still, const AxisFollower::Cubic& c) noexcept {
+        return laser::FramePolynomial<3>{still + c.place, c.speed * kPerFrame, c.bend * (kPerFrame * kPerFrame),
+                                         c.twist * (kPerFrame * kPerFrame * kPerFrame)};
+    };
+    const laser::FramePolynomial<3> x = over_frames(field_x_, shift->x);
+    const laser::FramePolynomial<3> z = over_frames(field_z_, shift->z);
+    const laser::FramePolynomial<3> depth{field_depth_, 0.0, 0.0, 0.0};
+    const laser::FieldPatch patch = field_patch({x[0], field_depth_, z[0], 0.0});
+    const std::span<GalvoFrame> frames(out.galvo);
+    if (machine_.galvo.word == GalvoWord::bits18) {
+        fill_frames<GalvoWord::bits18, 3>(patch, {x, z, depth}, {x, z}, frames);
+    } else {
+        fill_frames<GalvoWord::bits16, 3>(patch, {x, z, depth}, {x, z}, frames);
+    }
+    return true;
+}
+
+void JobRunner::galvo_still(ServoOutputs& out) noexcept {
+    if (follow_axes(out)) {
+        return;
+    }
     const laser::FieldPatch patch = field_patch({field_x_, field_depth_, field_z_, 0.0});
     put_frame(out.galvo[0], field_x_, field_z_, patch.words({field_x_, field_z_, field_depth_}));
     for (std::size_t k = 1; k < kGalvoFramesPerTick; ++k) {

@@ -70,6 +70,23 @@ Outcome DriveMaster::step(std::int64_t tick, std::span<const DriveFrame> receive
     return result;
 }
 
+bool DriveMaster::measured(std::int64_t tick, std::span<const DriveFrame> received, AxisPositions& place,
+                           std::int64_t& t_tick) const noexcept {
+    std::uint32_t seen = 0;
+    for (const DriveFrame& frame : received) {
+        for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+            if (const auto actual = nodes_[axis].measured(frame)) {
+                place[axis] = *actual;
+                seen |= 1U << axis;
+            }
+        }
+    }
+    // The SYNC of tick n goes out at t_n+1, and is answered by the beginning of tick n + 2.
+    const std::int64_t newest = tick - 2;
+    t_tick = newest - newest % cycle_ticks_ + 1;
+    return seen == (1U << kAxisCount) - 1U && newest >= 0;
+}
+
 NodeRequest DriveMaster::node_request(std::size_t axis, const Request& request) const noexcept {
     return {.power = request.power,
             .home = wants_home(request, axis),

@@ -63,6 +63,12 @@ public:
     /// drive present.
     [[nodiscard]] const std::expected<BusBudget, Refusal>& budget() const noexcept { return budget_; }
 
+    /// Where the drives stood at a SYNC, by the answers to it among the frames of this tick: pm / ndeg, and in `t_tick`
+    /// the tick at whose beginning that was. False without an answer of each drive. A look ahead of `step`, which takes
+    /// the same frames.
+    [[nodiscard]] bool measured(std::int64_t tick, std::span<const DriveFrame> received, AxisPositions& place,
+                                std::int64_t& t_tick) const noexcept;
+
     /// Control tick. `out` receives frames to send (appended to `drive_tx_size`); SYNC goes out every
     /// `drive_cycle_ticks`, targets just before it. When a drive is enabled, its target is first preset to its actual
     /// position: the caller reads `Outcome::axis[].actual` and must start its set-points there when `follows` comes.

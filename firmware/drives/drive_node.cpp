@@ -248,6 +248,17 @@ bool DriveNode::fault() const noexcept {
     return power_ == PowerState::fault || power_ == PowerState::fault_reaction_active;
 }
 
+std::optional<std::int64_t> DriveNode::measured(const DriveFrame& frame) const noexcept {
+    if (frame.id != canopen::kTpdo1Base + node_) {
+        return std::nullopt;
+    }
+    const auto status = canopen::read_tpdo1(frame);
+    if (!status) {
+        return std::nullopt;
+    }
+    return static_cast<std::int64_t>(static_cast<double>(status->actual) * units_per_count_);
+}
+
 std::int64_t DriveNode::actual() const noexcept {
     // Up to 2^31 counts of at most 1e9 units each stay far inside ±9.2e18 and are exact for every usual grid.
     return static_cast<std::int64_t>(static_cast<double>(actual_counts_) * units_per_count_);

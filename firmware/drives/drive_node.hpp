@@ -51,6 +51,8 @@ public:
     [[nodiscard]] std::uint16_t error_code() const noexcept { return error_code_; }
     /// pm / ndeg
     [[nodiscard]] std::int64_t actual() const noexcept;
+    /// The place in an answer of this node to a SYNC, pm / ndeg; of any other frame none.
+    [[nodiscard]] std::optional<std::int64_t> measured(const DriveFrame& frame) const noexcept;
 
 private:
     /// resetting: reset is sent, the boot-up message is awaited. setup: SDOs. starting: NMT start is sent, the first

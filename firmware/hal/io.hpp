@@ -45,6 +45,15 @@ struct DigitalInputs {
     bool operator==(const DigitalInputs&) const noexcept = default;
 };
 
+/// Encoders of the axes that the board reads by itself, in counts of AxisConfig::encoder_counts_per_unit from the zero
+/// that the homed axis has. Axes without one stay 0.
+struct EncoderInputs {
+    bool valid = false;       ///< latched, all at one time
+    std::int32_t age_ns = 0;  ///< how long before t_n
+    std::array<std::int64_t, kAxisCount> counts{};
+    bool operator==(const EncoderInputs&) const noexcept = default;
+};
+
 /// What the key allows: nothing, the guide laser alone, everything.
 enum class KeyMode : std::uint8_t { off = 0, setup = 1, production = 2 };
 [[nodiscard]] constexpr KeyMode key_mode(const DigitalInputs& in) noexcept {
@@ -99,6 +108,7 @@ struct ServoInputs {
     /// From the source's serial port since the last tick: of a Raycus clocked on pins 2, 3 and 16 with pin 22 up, of a
     /// JPT 57 600 8N1.
     std::span<const std::uint8_t> source_rx{};
+    EncoderInputs encoders{};
 };
 
 /// One XY2-100 frame: the place asked for at the surface relative to the field's centre, and the two words on the wire.

@@ -150,6 +150,13 @@ void Endpoint::on(const SetPowerCurve& curve) noexcept {
     request(curve.sequence, event);
 }
 
+void Endpoint::on(const SetGalvoLag& lag) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::galvo_lag;
+    event.galvo_lag = lag;
+    request(lag.sequence, event);
+}
+
 void Endpoint::take_block(std::span<const std::uint8_t> payload) noexcept {
     const std::optional<BlockView> block = view_block(payload);
     if (!block) {

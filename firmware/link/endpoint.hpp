@@ -19,8 +19,8 @@
 
 namespace sc::link {
 
-/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map, galvo_field or
-/// power_curve is owed a `reply` with its sequence.
+/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map, galvo_field,
+/// power_curve or galvo_lag is owed a `reply` with its sequence.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
@@ -31,6 +31,7 @@ struct LinkEvent {
         set_map,
         galvo_field,
         power_curve,
+        galvo_lag,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
     };
@@ -42,6 +43,7 @@ struct LinkEvent {
     SetMap set_map;
     SetGalvoField galvo_field;
     SetPowerCurve power_curve;
+    SetGalvoLag galvo_lag;
 };
 
 /// Monotonic counts since start.
@@ -140,6 +142,7 @@ private:
     void on(const SetCompensation& compensation) noexcept;
     void on(const SetGalvoField& field) noexcept;
     void on(const SetPowerCurve& curve) noexcept;
+    void on(const SetGalvoLag& lag) noexcept;
     void on(const ConfigRequest& request) noexcept;
     void on(const MapChunk& chunk) noexcept;
     void on(const SetMap& map) noexcept;

@@ -165,6 +165,32 @@ PathPulse get_path_pulse(ByteReader& in) noexcept {
 
 }  // namespace
 
+void put(ByteWriter& out, const EncoderInputs& encoders) noexcept {
+    out.put(encoders.valid ? std::uint8_t{1} : std::uint8_t{0});
+    if (encoders.valid) {
+        out.put(encoders.age_ns);
+        for (const std::int64_t counts : encoders.counts) {
+            out.put(counts);
+        }
+    }
+}
+
+EncoderInputs get_encoders(ByteReader& in) noexcept {
+    EncoderInputs encoders;
+    const auto flag = in.get<std::uint8_t>();
+    if (flag > 1) {
+        in.fail();
+    }
+    encoders.valid = flag == 1;
+    if (encoders.valid) {
+        encoders.age_ns = in.get<std::int32_t>();
+        for (std::int64_t& counts : encoders.counts) {
+            counts = in.get<std::int64_t>();
+        }
+    }
+    return encoders;
+}
+
 std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcept {
     if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick ||
         inputs.source_rx.size() > kSourceBytesPerTick) {
@@ -179,6 +205,7 @@ std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcep
     writer.put_bytes(inputs.link_rx);
     put(writer, inputs.drive_rx);
     put_source(writer, inputs.source_rx);
+    put(writer, inputs.encoders);
     return writer.ok() ? writer.size() : 0;
 }
 
@@ -191,6 +218,7 @@ bool unpack(std::span<const std::uint8_t> bytes, StoredInputs& stored) noexcept 
     stored.inputs.link_rx = std::span(stored.link_rx).first(get_link_bytes(reader, stored.link_rx));
     stored.inputs.drive_rx = std::span(stored.drive_rx).first(get_drive_frames(reader, stored.drive_rx));
     stored.inputs.source_rx = std::span(stored.source_rx).first(get_source(reader, stored.source_rx));
+    stored.inputs.encoders = get_encoders(reader);
     return reader.exhausted();
 }
 

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "firmware/hal/io.hpp"
+#include "shared/wire/bytes.hpp"
 
 /// Inputs and outputs of `Controller::servo_step` as bytes, the same on every core and compiler: little-endian, packed,
 /// only what is in use. What a log holds, and what passes between a PC and a board in lock-step. No heap.
@@ -14,8 +15,10 @@
 namespace sc::recording {
 
 inline constexpr std::size_t kDriveFrameBytes = 2 + 1 + 8;
-inline constexpr std::size_t kInputsImageCapacity =
-    8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick;
+inline constexpr std::size_t kEncoderBytes = 1 + 4 + 8 * kAxisCount;
+inline constexpr std::size_t kInputsImageCapacity = 8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 +
+                                                    kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
+                                                    kEncoderBytes;
 inline constexpr std::size_t kLaserRunBytes = 8 + 8 + 4 + 2 + 1 + 1 + 2;
 inline constexpr std::size_t kPathPulseBytes = 4 + 1 + 1 + 4 + 8 + 24 + 8;
 inline constexpr std::size_t kGalvoFrameBytes = 8 + 8 + 4 + 4;
@@ -36,6 +39,10 @@ inline constexpr std::size_t kOutputsImageCapacity =
     return {
         bit(0), bit(1), bit(2), bit(3), bit(4), bit(5), bit(6), bit(7), static_cast<std::uint8_t>(bits >> 8U & 0xFU)};
 }
+
+/// A flag, and the rest when it is 1.
+void put(ByteWriter& out, const EncoderInputs& encoders) noexcept;
+[[nodiscard]] EncoderInputs get_encoders(ByteReader& in) noexcept;
 
 /// Inputs together with the memory that their spans point into. Not to be copied: the spans point into this object.
 struct StoredInputs {

@@ -17,7 +17,7 @@ constexpr std::uint8_t kLines = 8;
 constexpr std::uint8_t kTickJump = 16;
 constexpr std::uint8_t kState = 32;
 constexpr std::uint8_t kSource = 64;
-constexpr std::uint8_t kUnusedFlags = 0x80;
+constexpr std::uint8_t kEncoders = 0x80;
 
 constexpr std::uint8_t kSizeFollows = 0x80;
 
@@ -287,9 +287,9 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
                        inputs.guard_causes != memory.guard_causes;
     const bool jump = inputs.tick != memory.tick;
     const bool state = digest.state != memory.digest.state || digest.faults != memory.digest.faults;
-    out.put(static_cast<std::uint8_t>(frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) |
-                                      (jump ? kTickJump : 0U) | (state ? kState : 0U) |
-                                      (inputs.source_rx.empty() ? 0U : kSource)));
+    out.put(static_cast<std::uint8_t>(
+        frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) | (jump ? kTickJump : 0U) |
+        (state ? kState : 0U) | (inputs.source_rx.empty() ? 0U : kSource) | (inputs.encoders.valid ? kEncoders : 0U)));
     if (jump) {
         out.put(inputs.tick);
     }
@@ -305,6 +305,9 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
     if (!inputs.source_rx.empty()) {
         out.put(static_cast<std::uint8_t>(inputs.source_rx.size()));
         out.put_bytes(inputs.source_rx);
+    }
+    if (inputs.encoders.valid) {
+        put(out, inputs.encoders);
     }
     put_frames(frames, memory, inputs.drive_rx, out);
     if (state) {
@@ -322,9 +325,6 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
 
 bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDigest& digest) noexcept {
     const auto flags = in.get<std::uint8_t>();
-    if ((flags & kUnusedFlags) != 0) {
-        in.fail();
-    }
     if ((flags & kTickJump) != 0) {
         memory.tick = in.get<std::int64_t>();
     }
@@ -355,6 +355,7 @@ bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDig
             stored.source_rx[source_size++] = byte;
         }
     }
+    const EncoderInputs encoders = (flags & kEncoders) != 0 ? get_encoders(in) : EncoderInputs{};
     const auto frames = static_cast<std::uint8_t>(flags & kFramesMask);
     const std::size_t frame_count = get_frames(frames, memory, stored.drive_rx, in);
     digest = memory.digest;
@@ -373,6 +374,7 @@ bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDig
     stored.inputs.link_rx = std::span(stored.link_rx).first(link_size);
     stored.inputs.drive_rx = std::span(stored.drive_rx).first(frame_count);
     stored.inputs.source_rx = std::span(stored.source_rx).first(source_size);
+    stored.inputs.encoders = encoders;
     remember(memory, digest);
     memory.tick = after(memory.tick);
     return true;

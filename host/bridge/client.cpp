@@ -278,6 +278,18 @@ void CellClient::set_power_curve(const PowerCurve& curve) {
     request(send, "set the power curve");
 }
 
+void CellClient::set_galvo_lag(const GalvoLag& lag) {
+    link::SetGalvoLag message;
+    message.latency_ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>(lag.latency_ns, 0, 0xFFFF'FFFF));
+    message.natural_frequency_hz = lag.natural_frequency.si();
+    message.damping = lag.damping;
+    const auto send = [&](std::uint32_t sequence) {
+        message.sequence = sequence;
+        wire_.send(message);
+    };
+    request(send, "set the galvo's lag");
+}
+
 void CellClient::set_map(const AxisMap& map) {
     link::MapBytes bytes{};
     link::SetMap set;

@@ -14,6 +14,7 @@
 #include "shared/codes/state.hpp"
 #include "shared/machine/axis_map.hpp"
 #include "shared/machine/galvo_field.hpp"
+#include "shared/machine/galvo_lag.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
 
@@ -46,6 +47,8 @@ public:
     void set_galvo_field(const GalvoField& field);
     /// A curve without points takes the one in force away.
     void set_power_curve(const PowerCurve& curve);
+    /// An empty lag takes the one in force away.
+    void set_galvo_lag(const GalvoLag& lag);
     /// Sends the map and puts it in force; the identity takes one away. Throws CellRefused with axis and node if the
     /// machine cannot take it.
     void set_map(const AxisMap& map);

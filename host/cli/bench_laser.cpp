@@ -96,6 +96,10 @@ std::vector<Figure> bench_laser(const BenchOptions& options) {
     figures.insert(figures.end(), pulses.begin(), pulses.end());
     const std::vector<Figure> tiles = bench_split(options);
     figures.insert(figures.end(), tiles.begin(), tiles.end());
+    const std::vector<Figure> lag = bench_lag(options);
+    figures.insert(figures.end(), lag.begin(), lag.end());
+    const std::vector<Figure> follow = bench_follow(options);
+    figures.insert(figures.end(), follow.begin(), follow.end());
     return figures;
 }
 

@@ -24,7 +24,6 @@ namespace {
 
 constexpr double kWireUnits = 1e5;  // a millimetre
 constexpr Vec3 kCentreMm{-225.0, -210.0, -250.0};
-constexpr double kPrrHz = 40e3;
 constexpr double kDriftPrrHz = 200e3;
 constexpr std::uint32_t kArcToleranceNm = 10'000;
 /// No corner is cut, so each pulse of a path of lines has a place of its own: the mirrors come to rest in it.
@@ -113,14 +112,9 @@ void stairs(PulseJob& job, double leg, int steps, int way) {
     job.end();
 }
 
-struct Workload {
-    std::vector<Item> items;
-    /// Paths of lines. Curves are followed within their tolerance, and their pulses are equally far apart along what is
-    /// followed: where each is along the curve as it was drawn is not defined to a micrometre.
-    std::vector<std::uint32_t> straight;
-};
+}  // namespace
 
-Workload workload() {
+PulseWorkload pulse_workload() {
     PulseJob job(50'000, 1'800'000);
     for (const int way : {1, -1}) {
         circle(job, 2.0, 20.0, way, 1);
@@ -134,7 +128,7 @@ Workload workload() {
             line(job, speed, half, 0.4 * half);
         }
     }
-    Workload made;
+    PulseWorkload made;
     for (const int way : {1, -1}) {
         stairs(job, 3.0137, 8, way);
         stairs(job, 0.6137, 20, way);
@@ -148,6 +142,8 @@ Workload workload() {
     }
     return made;
 }
+
+namespace {
 
 /// One path of lines to and fro, so long that its last pulse is the millionth.
 std::vector<Item> drift_workload() {
@@ -167,37 +163,6 @@ std::vector<Item> drift_workload() {
     return job.items();
 }
 
-/// Pulses of the job on a simulated cell with the correction of a nominal head in force.
-std::vector<trace::PulseRecord> burn(const std::vector<Item>& items, double prr_hz, const char* world,
-                                     const std::vector<std::string>& machine, const BenchOptions& options,
-                                     const std::filesystem::path& folder) {
-    const auto root = find_project_root();
-    if (!root) {
-        throw CellError("the bench's world is not beside this program: set SCRIBECELL_ROOT to the project's folder");
-    }
-    LinkOptions link;
-    link.world = *root / "boards/sim/world/beam" / world;
-    link.seed = options.seed;
-    link.out = folder;
-    link.prr_nominal_hz = prr_hz;
-    link.machine = {"galvo.word=18"};
-    link.machine.insert(link.machine.end(), machine.begin(), machine.end());
-    GalvoModel nominal;
-    nominal.value[GalvoModel::kF1] = nominal.angle_scale;
-    nominal.value[GalvoModel::kExitX] = nominal.value[GalvoModel::kExitZ] = 1.0 / nominal.angle_scale;
-    {
-        const auto transport = open_transport("sim:", link);
-        CellClient client(*transport, {.session = static_cast<std::uint32_t>(options.seed) + 1U});
-        client.set_stop_check(stop_requested);
-        client.connect();
-        Session session(client, {});
-        session.clear();
-        client.set_galvo_field(nominal.field());
-        static_cast<void>(session.run({job_hash(items), items, 60.0}, nullptr));
-    }
-    return read_pulse_trace(folder / "pulses.trace").pulses;
-}
-
 std::string row(const char* name, const PulseFigures& f) {
     return fmt::format("{},{},{},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{:.4f},{}\n", name, f.pulses, f.lost,
                        f.pitch_rms * 100.0, f.pitch_peak * 100.0, f.placement_rms * 1e6, f.placement_peak * 1e6,
@@ -206,9 +171,47 @@ std::string row(const char* name, const PulseFigures& f) {
 
 }  // namespace
 
+std::filesystem::path beam_world(const std::string& name) {
+    const auto root = find_project_root();
+    if (!root) {
+        throw CellError("the bench's world is not beside this program: set SCRIBECELL_ROOT to the project's folder");
+    }
+    return *root / "boards/sim/world/beam" / name;
+}
+
+GalvoField nominal_field() {
+    GalvoModel nominal;
+    nominal.value[GalvoModel::kF1] = nominal.angle_scale;
+    nominal.value[GalvoModel::kExitX] = nominal.value[GalvoModel::kExitZ] = 1.0 / nominal.angle_scale;
+    return nominal.field();
+}
+
+std::vector<trace::PulseRecord> burn_pulses(const std::vector<Item>& items, const PulseCell& cell,
+                                            const std::filesystem::path& folder) {
+    LinkOptions link;
+    link.world = cell.world;
+    link.seed = cell.seed;
+    link.out = folder;
+    link.prr_nominal_hz = cell.prr_hz;
+    link.machine = {"galvo.word=18"};
+    link.machine.insert(link.machine.end(), cell.machine.begin(), cell.machine.end());
+    {
+        const auto transport = open_transport("sim:", link);
+        CellClient client(*transport, {.session = static_cast<std::uint32_t>(cell.seed) + 1U});
+        client.set_stop_check(stop_requested);
+        client.connect();
+        Session session(client, {});
+        session.clear();
+        client.set_galvo_field(nominal_field());
+        client.set_galvo_lag(cell.lag);
+        static_cast<void>(session.run({job_hash(items), items, 60.0}, nullptr));
+    }
+    return read_pulse_trace(folder / "pulses.trace").pulses;
+}
+
 std::vector<Figure> bench_pulses(const BenchOptions& options) {
     const RunFolder folder(options.raw);
-    const Workload work = workload();
+    const PulseWorkload work = pulse_workload();
     const std::vector<DrawnJobPath> job = draw(work.items);
     std::string table =
         "run,pulses,lost,pitch_rms_pct,pitch_peak_pct,placement_rms_um,placement_peak_um,energy_peak_pct,"
@@ -218,7 +221,8 @@ std::vector<Figure> bench_pulses(const BenchOptions& options) {
         PulseFigures straight;
     };
     const auto run = [&](const char* name, const char* world, const std::vector<std::string>& machine) {
-        const auto pulses = burn(work.items, kPrrHz, world, machine, options, folder.path() / name);
+        const auto pulses = burn_pulses(
+            work.items, {.world = beam_world(world), .machine = machine, .seed = options.seed}, folder.path() / name);
         // Where the axes stand is known from the paths whose pulses have places of their own.
         const PulseFigures straight = check_pulses(job, pulses, {work.straight, std::nullopt});
         const Judged judged{check_pulses(job, pulses, {std::nullopt, straight.stand}), straight};
@@ -233,8 +237,10 @@ std::vector<Figure> bench_pulses(const BenchOptions& options) {
     const Judged without_law = run("without_law", "world.toml", {"laser.power_byte=energy"});
     const Judged slow = run("slow_laser", "slow_laser.toml", {});
     const std::vector<Item> circles = drift_workload();
-    const PulseFigures drift =
-        check_pulses(draw(circles), burn(circles, kDriftPrrHz, "world.toml", {}, options, folder.path() / "drift"));
+    const PulseFigures drift = check_pulses(
+        draw(circles),
+        burn_pulses(circles, {.world = beam_world("world.toml"), .prr_hz = kDriftPrrHz, .seed = options.seed},
+                    folder.path() / "drift"));
     table += row("drift", drift);
     if (options.raw) {
         write_text_file(folder.path() / "pulses.csv", table);

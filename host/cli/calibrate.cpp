@@ -11,8 +11,10 @@ constexpr const char* kExamples = R"(Examples:
       squareness, scale, straightness, pitch and backlash of X, Y and Z
   scribecell calibrate galvo-field --out field1
       field correction of the galvo, from crosses burnt in the simulated cell
+  scribecell calibrate galvo-lag --out lag1
+      how the mirrors follow: latency, natural frequency and damping, from lines burnt in the simulated cell
 
-`scribecell calibrate axes --help` and `scribecell calibrate galvo-field --help` say more.)";
+`scribecell calibrate axes --help` and so on say more.)";
 
 }  // namespace
 
@@ -23,6 +25,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     calibrate->footer(kExamples);
     add_calibrate_axes(*calibrate, exit_code);
     add_calibrate_galvo_field(*calibrate, exit_code);
+    add_calibrate_galvo_lag(*calibrate, exit_code);
 }
 
 }  // namespace sc::host::cli

@@ -124,6 +124,7 @@ private:
             client.set_map(axis_map_of(input_.calibration));
             client.set_galvo_field(galvo_field_of(input_.calibration));
             client.set_power_curve(power_curve_of(input_.calibration));
+            client.set_galvo_lag(galvo_lag_of(input_.calibration));
             if (outcome_.plan.pulse_width_ns != 0 && !options_.preview) {
                 client.command(link::Verb::set_pulse_width, outcome_.plan.pulse_width_ns);
             }

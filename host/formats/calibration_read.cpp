@@ -193,6 +193,21 @@ GalvoFieldRecord read_galvo_field(TomlReader& table) {
     return out;
 }
 
+GalvoLagRecord read_galvo_lag(TomlReader& table) {
+    GalvoLagRecord out;
+    out.lag = {std::llround(table.number("latency_us", {1.0, 1000.0}) * 1e3),
+               Frequency::from_si(table.number("natural_frequency_hz", {200.0, 20e3})),
+               table.number("damping", {0.1, 10.0})};
+    if (galvo_lead(with_lag({}, out.lag), 0).per_velocity > static_cast<double>(out.lag.latency_ns) * 1e-9) {
+        table.fail("latency_us", "is below the servo's own lag, 2 damping / (2 pi natural_frequency_hz)",
+                   decimal(static_cast<double>(out.lag.latency_ns) * 1e-3), "tune it again");
+    }
+    out.covariance = read_covariance(table, kGalvoLagOrder, kGalvoLagLengths, kMetre);
+    out.provenance = read_provenance(table);
+    table.finish();
+    return out;
+}
+
 SensorRay read_ray(TomlReader& table) {
     SensorRay out;
     out.id = table.text("id");
@@ -305,6 +320,9 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
     }
     if (auto table = root.table_if("galvo_field")) {
         set.galvo_field = read_galvo_field(*table);
+    }
+    if (auto table = root.table_if("galvo_lag")) {
+        set.galvo_lag = read_galvo_lag(*table);
     }
     if (auto table = root.table_if("power")) {
         set.power = read_power(*table);

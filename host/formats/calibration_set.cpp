@@ -76,6 +76,8 @@ double BeamRecord::depth_within(double tolerance) const noexcept {
     return rayleigh_length * std::sqrt(tolerance / (1.0 - tolerance));
 }
 
+GalvoLag galvo_lag_of(const CalibrationSet& set) { return set.galvo_lag ? set.galvo_lag->lag : GalvoLag{}; }
+
 PowerCurve power_curve_of(const CalibrationSet& set) { return set.power ? set.power->curve : PowerCurve{}; }
 
 MachineConfig machine_of(const CalibrationSet& set, MachineConfig machine) {

@@ -11,6 +11,7 @@
 
 #include "shared/geometry/frames.hpp"
 #include "shared/machine/axis_map.hpp"
+#include "shared/machine/galvo_lag.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
 
@@ -96,6 +97,13 @@ struct GalvoFieldRecord {
     Provenance provenance;
     bool operator==(const GalvoFieldRecord&) const = default;
 };
+/// How the mirrors follow their frames. Covariance order latency,frequency,damping: s, Hz, 1.
+struct GalvoLagRecord {
+    GalvoLag lag;
+    Covariance<3> covariance;
+    Provenance provenance;
+    bool operator==(const GalvoLagRecord&) const = default;
+};
 /// Errors of the linear axes: for readings q the focus truly stands at p = A q,
 ///     p_x = (1 + scale_x)·q_x + xy·q_y + xz·q_z,  p_y = (1 + scale_y)·q_y + yz·q_z,  p_z = (1 + scale_z)·q_z.
 /// Covariance order xy,xz,yz,sx,sy,sz.
@@ -149,6 +157,7 @@ struct CalibrationSet {
     std::optional<AxisMapRecord> axis_map;
     std::optional<GalvoRecord> galvo;
     std::optional<GalvoFieldRecord> galvo_field;  ///< is used in place of `galvo` where it is there
+    std::optional<GalvoLagRecord> galvo_lag;
     std::optional<PowerRecord> power;
     std::optional<BeamRecord> beam;
     std::optional<SensorRay> y_sensor;
@@ -173,6 +182,8 @@ std::string write_calibration(const std::filesystem::path& path, const Calibrati
 /// galvo_offset = −M⁻¹·offset. A record that is absent leaves its part the identity. The galvo's residual grid has no
 /// place in Compensation and is not used.
 [[nodiscard]] Compensation compensation_of(const CalibrationSet& set);
+/// How the mirrors follow, or an empty one: then what the machine states holds.
+[[nodiscard]] GalvoLag galvo_lag_of(const CalibrationSet& set);
 /// The power curve, or a straight one.
 [[nodiscard]] PowerCurve power_curve_of(const CalibrationSet& set);
 /// The machine as the set knows it: its laser's greatest power is the curve's.

@@ -20,6 +20,7 @@ inline constexpr std::string_view kRigidOrder = "rx,ry,rz,tx,ty,tz";
 inline constexpr std::string_view kAxisOrder = "px,py,dx,dy";
 inline constexpr std::string_view kGalvoOrder = "ox,oz,mxx,mxz,mzx,mzz";
 inline constexpr std::string_view kGalvoFieldOrder = "ox,oz,gx,gz,rotation,skew,f1,f2,f3,f4,ex,ez,bend,tx,tz";
+inline constexpr std::string_view kGalvoLagOrder = "latency,frequency,damping";
 inline constexpr std::string_view kAxesOrder = "xy,xz,yz,sx,sy,sz";
 
 /// For each quantity of a covariance: 1 if it is a length (in the file's unit), 0 if it is an angle or a ratio.
@@ -30,6 +31,7 @@ inline constexpr Lengths<4> kAxisLengths{1, 1, 0, 0};
 inline constexpr Lengths<6> kGalvoLengths{1, 1, 0, 0, 0, 0};
 /// In SI units altogether.
 inline constexpr Lengths<GalvoFieldRecord::kParameters> kGalvoFieldLengths{};
+inline constexpr Lengths<3> kGalvoLagLengths{};
 inline constexpr Lengths<6> kAxesLengths{0, 0, 0, 0, 0, 0};
 
 /// A unit of length of a file: si = value · factor / divisor, one of which is 1.

@@ -126,6 +126,15 @@ void write_galvo_field(TomlWriter& out, const GalvoFieldRecord& record) {
     }
 }
 
+void write_galvo_lag(TomlWriter& out, const GalvoLagRecord& record) {
+    out.table("galvo_lag");
+    out.number("latency_us", static_cast<double>(record.lag.latency_ns) * 1e-3);
+    out.number("natural_frequency_hz", record.lag.natural_frequency.si());
+    out.number("damping", record.lag.damping);
+    write_covariance(out, record.covariance, kGalvoLagOrder, kGalvoLagLengths);
+    write_provenance(out, record.provenance);
+}
+
 void write_power(TomlWriter& out, const PowerRecord& record) {
     const PowerCurve& curve = record.curve;
     out.table("power");
@@ -170,6 +179,9 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     }
     if (set.galvo_field) {
         write_galvo_field(out, *set.galvo_field);
+    }
+    if (set.galvo_lag) {
+        write_galvo_lag(out, *set.galvo_lag);
     }
     if (set.power) {
         write_power(out, *set.power);

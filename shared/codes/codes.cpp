@@ -160,6 +160,11 @@ constexpr std::array kRows{
     row(Refusal::stage_too_fast, "stage_too_fast",
         "the stage's curve of a split path takes more of an axis than its share of speed, acceleration or jerk",
         "mark slower, or in an order that moves the stage less"),
+    row(Refusal::bad_galvo_lag, "bad_galvo_lag",
+        "a lag of the galvo is out of range, or far from what the machine states; the refusal's detail says 1 latency, "
+        "2 frequency, 3 damping, 4 a latency that does not hold the servo's lag",
+        "tune it again with scribecell calibrate galvo-lag; correct the machine's configuration if another head is "
+        "fitted"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),

@@ -87,6 +87,7 @@ enum class Refusal : std::uint16_t {
     pulse_width_unsupported = 139,
     bad_stage_curve = 140,
     stage_too_fast = 141,
+    bad_galvo_lag = 142,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -13,15 +13,15 @@ namespace {
 // Structured bindings name every member: a member added to the configuration breaks the build here and not the machine.
 template <class Visitor, class Config>
 constexpr void visit_axis(Visitor& v, Config& a) noexcept {
-    auto& [travel_min, travel_max, speed, acceleration, jerk, counts, window, home, latency, node] = a;
+    auto& [travel_min, travel_max, speed, acceleration, jerk, counts, window, home, latency, node, encoder] = a;
     v(travel_min), v(travel_max), v(speed), v(acceleration), v(jerk);
-    v(counts), v(window), v(home), v(latency), v(node);
+    v(counts), v(window), v(home), v(latency), v(node), v(encoder);
 }
 template <class Visitor, class Config>
 constexpr void visit_galvo(Visitor& v, Config& g) noexcept {
-    auto& [half_field, speed, acceleration, jerk, counts, latency, convention, word, frequency, damping] = g;
+    auto& [half_field, speed, acceleration, jerk, counts, latency, convention, word, frequency, damping, follow] = g;
     v(half_field), v(speed), v(acceleration), v(jerk), v(counts), v(latency), v(convention), v(word);
-    v(frequency), v(damping);
+    v(frequency), v(damping), v(follow);
 }
 template <class Visitor, class Config>
 constexpr void visit_laser(Visitor& v, Config& l) noexcept {
@@ -38,7 +38,7 @@ constexpr void visit_keep_out(Visitor& v, Config& k) noexcept {
 template <class Visitor, class Config>
 constexpr void visit_machine(Visitor& v, Config& m) noexcept {
     auto& [control_period, galvo_period, guard_period, drive_cycle, axes, galvo, laser, y_retracted, park, settle,
-           keep_outs, keep_out_count, heartbeat_timeout, held_link_timeout] = m;
+           keep_outs, keep_out_count, heartbeat_timeout, held_link_timeout, table_y] = m;
     v(control_period), v(galvo_period), v(guard_period), v(drive_cycle);
     for (auto& axis : axes) {
         visit_axis(v, axis);
@@ -49,7 +49,7 @@ constexpr void visit_machine(Visitor& v, Config& m) noexcept {
     for (auto& keep_out : keep_outs) {
         visit_keep_out(v, keep_out);
     }
-    v(keep_out_count), v(heartbeat_timeout), v(held_link_timeout);
+    v(keep_out_count), v(heartbeat_timeout), v(held_link_timeout), v(table_y);
 }
 
 struct Counter {
@@ -79,6 +79,7 @@ struct Writer {
     }
     void operator()(const GalvoConvention& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const GalvoWord& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
+    void operator()(const FollowAxes& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const LaserSource& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const PowerByte& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
 };
@@ -103,6 +104,13 @@ struct Reader {
         const auto code = in.get<std::uint8_t>();
         value = static_cast<GalvoWord>(code);
         if (code > static_cast<std::uint8_t>(GalvoWord::bits18)) {
+            in.fail();
+        }
+    }
+    void operator()(FollowAxes& value) noexcept {
+        const auto code = in.get<std::uint8_t>();
+        value = static_cast<FollowAxes>(code);
+        if (code > static_cast<std::uint8_t>(FollowAxes::encoders)) {
             in.fail();
         }
     }
@@ -135,7 +143,8 @@ bool axis_is_sound(const AxisConfig& a, double wire_units) noexcept {
                         a.travel_min >= -reach && a.travel_max <= reach;
     const bool home = finite(a.home_position) && a.home_position >= a.travel_min && a.home_position <= a.travel_max;
     const bool limits = positive(a.speed) && positive(a.acceleration) && positive(a.jerk);
-    const bool drive = positive(a.counts_per_unit) && positive(a.following_window) && a.latency_ns >= 0;
+    const bool drive = positive(a.counts_per_unit) && positive(a.following_window) && a.latency_ns >= 0 &&
+                       not_negative(a.encoder_counts_per_unit);
     return travel && home && limits && drive && a.drive_node >= 1 && a.drive_node <= 127;
 }
 
@@ -150,8 +159,16 @@ bool axes_are_sound(const MachineConfig& m) noexcept {
             }
         }
     }
+    if (m.galvo.follow == FollowAxes::encoders) {
+        for (const Axis axis : {Axis::x, Axis::z, Axis::c}) {
+            if (m.axis[index(axis)].encoder_counts_per_unit == 0.0) {
+                return false;
+            }
+        }
+    }
     const AxisConfig& y = m.axis[index(Axis::y)];
-    return finite(m.y_retracted.si()) && m.y_retracted.si() >= y.travel_min && m.y_retracted.si() <= y.travel_max;
+    return finite(m.table_y.si()) && finite(m.y_retracted.si()) && m.y_retracted.si() >= y.travel_min &&
+           m.y_retracted.si() <= y.travel_max;
 }
 
 /// The lag of the servo is a part of the latency, and a servo so damped is none.

@@ -15,8 +15,8 @@
 
 namespace sc::link {
 
-inline constexpr std::uint16_t kConfigVersion = 3;
-inline constexpr std::size_t kConfigSize = 903;
+inline constexpr std::uint16_t kConfigVersion = 4;
+inline constexpr std::size_t kConfigSize = 944;
 
 /// No heap, any context, one pass.
 void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize> out) noexcept;
@@ -26,10 +26,10 @@ void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize
 [[nodiscard]] std::expected<MachineConfig, Refusal> deserialise(std::span<const std::uint8_t> bytes) noexcept;
 
 /// Refusal::none for a configuration that a controller can run with, else Refusal::bad_config: a number that is not
-/// finite; a minimum that is not below its maximum; a limit, count, period or power that is not above zero; a negative
-/// latency, or one below the lag of the galvo's servo; a travel that 32-bit wire units cannot express; a home outside
-/// the travel; a drive's node id that is not 1..127 or is given twice; periods that do not divide; a heartbeat timeout
-/// outside 20..500 ms.
+/// finite; a minimum that is not below its maximum; a limit, count, period or power that is not above zero; mirrors
+/// that follow encoders that are not there; a negative latency, or one below the lag of the galvo's servo; a travel
+/// that 32-bit wire units cannot express; a home outside the travel; a drive's node id that is not 1..127 or is given
+/// twice; periods that do not divide; a heartbeat timeout outside 20..500 ms.
 [[nodiscard]] Refusal check(const MachineConfig& machine) noexcept;
 
 }  // namespace sc::link

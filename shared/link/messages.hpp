@@ -209,6 +209,22 @@ struct SetPowerCurve {
     }
 };
 
+/// How the mirrors follow, as measured (shared/machine GalvoLag); all zero: the machine's own figures. Answered by
+/// CommandReply, `detail` what is out of range (`fault_of`); refused while anything moves.
+struct SetGalvoLag {
+    static constexpr std::uint8_t kId = 13;
+    static constexpr std::string_view kName = "set_galvo_lag";
+    std::uint32_t sequence = 0;
+    std::uint32_t latency_ns = 0;
+    double natural_frequency_hz = 0.0;
+    double damping = 0.0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("latency_ns", m.latency_ns), v("natural_frequency_hz", m.natural_frequency_hz),
+            v("damping", m.damping);
+    }
+};
+
 // --- controller to host -------------------------------------------------------------------------------------------
 
 struct HelloReply {

@@ -23,7 +23,7 @@ struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
-                                 SetMap, SetGalvoField, SetPowerCurve>;
+                                 SetMap, SetGalvoField, SetPowerCurve, SetGalvoLag>;
 using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.

@@ -66,6 +66,7 @@ MachineConfig reference_machine() noexcept {
 
     // The workpiece swings within 240 mm of the table's axis at y = -470 mm: at y >= -200 mm nothing can be met.
     m.y_retracted = Length::from_si(-0.200);
+    m.table_y = Length::from_si(-0.470);
     m.park_tolerance = 3_um;
     m.settle_ns = 50'000'000;
     // The focus must not be driven into the table top, nor below it.

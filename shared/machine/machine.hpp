@@ -36,12 +36,21 @@ struct AxisConfig {
     double home_position = 0.0;     ///< where the axis stands after homing, base units
     std::int64_t latency_ns = 0;    ///< from the sample's act time to the axis being there, at constant speed
     std::uint8_t drive_node = 0;    ///< CANopen node id
+    /// Counts per base unit of an encoder that the board itself reads each tick (EncoderInputs). 0: there is none.
+    double encoder_counts_per_unit = 0.0;
 };
 
 /// How the XY2-100 position is to be read by the head; unset refuses to arm.
 enum class GalvoConvention : std::uint8_t { unset = 0, offset_binary = 1, twos_complement = 2 };
 /// Format of the position words: XY2-100 with 16 bits, or XY2-100-18 ("enhanced") with 18.
 enum class GalvoWord : std::uint8_t { bits16 = 0, bits18 = 1 };
+
+/// Whether the mirrors take up what the axes are off the path that they drive, and who says how far they are.
+enum class FollowAxes : std::uint8_t {
+    off = 0,
+    drives = 1,    ///< the drives' position actual values, once a drive cycle
+    encoders = 2,  ///< encoders of X, Z and C that the board reads each tick
+};
 
 struct GalvoConfig {
     Length half_field;  ///< commanded |x|, |z| stays within
@@ -56,6 +65,7 @@ struct GalvoConfig {
     /// lead by its inverse. 0: unknown, and latency_ns alone is made up for.
     Frequency natural_frequency;
     double damping = 0.0;
+    FollowAxes follow = FollowAxes::off;
 };
 
 /// What a frame leads its place by, so that a second-order servo is where it should be: place + velocity · per_velocity
@@ -115,6 +125,7 @@ struct MachineConfig {
     std::uint8_t keep_out_count = 0;
     std::int64_t heartbeat_timeout_ns = 100'000'000;
     std::int64_t held_link_timeout_ns = 10'000'000'000;
+    Length table_y;  ///< of the turntable's axis in h, to some millimetres: how far the surface moves when C is off
 };
 
 /// Geometric errors that calibration measured and the controller takes out. Set over the link; identity by default.

@@ -19,3 +19,7 @@ sc_test(unit_basics LABEL unit
           ${CMAKE_CURRENT_LIST_DIR}/shared/geometry/frames_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/shared/units/quantity_test.cpp
   DEPS shared_math shared_geometry shared_units)
+sc_test(unit_axis_follower LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/axis_follower_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/error_predictor_test.cpp
+  DEPS firmware_controller)

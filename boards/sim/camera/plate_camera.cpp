@@ -134,4 +134,38 @@ std::string measured_csv(std::span<const SeenCross> crosses, double sigma, std::
     return text;
 }
 
+std::vector<SeenMark> find_plate_marks(std::span<const trace::PulseRecord> pulses) {
+    std::vector<SeenMark> marks;
+    int line = 0;
+    int mark = 0;
+    std::int64_t last_ns = 0;
+    for (const trace::PulseRecord& pulse : pulses) {
+        if (line == 0 || pulse.t_ns - last_ns > kPauseNs) {
+            ++line;
+            mark = 0;
+        }
+        last_ns = pulse.t_ns;
+        if (pulse.hit == 1) {
+            marks.push_back({line, mark, metres(pulse.place_pm)});
+        }
+        ++mark;
+    }
+    return marks;
+}
+
+std::string marks_csv(std::span<const SeenMark> marks, double sigma, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal;
+    std::string text = "line,mark,x,y,z,sigma\n";
+    for (const SeenMark& mark : marks) {
+        const double x = mark.place.x + sigma * normal(random);
+        const double z = mark.place.z + sigma * normal(random);
+        std::array<char, 140> row{};
+        std::snprintf(row.data(), row.size(), "%d,%d,%.6f,%.6f,%.6f,%.6f\n", mark.line, mark.mark, x * 1e3,
+                      mark.place.y * 1e3, z * 1e3, std::max(sigma, kLeastSigma) * 1e3);
+        text += row.data();
+    }
+    return text;
+}
+
 }  // namespace sc::sim

@@ -32,4 +32,15 @@ struct SeenCross {
 /// CSV as docs/formats.md has it (no,x,y,z,sigma; mm), x and z with normal noise of `sigma` metres.
 [[nodiscard]] std::string measured_csv(std::span<const SeenCross> crosses, double sigma, std::uint64_t seed);
 
+/// One mark of a line: strokes are told apart by the dark between them. Numbers of lines from 1, of marks from 0, a
+/// pulse that left none counted too.
+struct SeenMark {
+    int line = 0;
+    int mark = 0;
+    Vec3 place;
+};
+[[nodiscard]] std::vector<SeenMark> find_plate_marks(std::span<const trace::PulseRecord> pulses);
+/// Columns line,mark,x,y,z,sigma in millimetres, with normal noise of `sigma` metres in x and in z.
+[[nodiscard]] std::string marks_csv(std::span<const SeenMark> marks, double sigma, std::uint64_t seed);
+
 }  // namespace sc::sim

@@ -14,6 +14,9 @@ namespace {
 /// Where the axes happen to stand when the cell is switched on: base units, off every grid.
 constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
 
+/// The board latches its encoders so long before the tick.
+constexpr std::int32_t kEncoderAgeNs = 20'000;
+
 /// A converter for the galvo's line says "all well" with no head behind it.
 constexpr std::uint16_t kConverterAlone = 0xFDFD;
 
@@ -49,6 +52,8 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         SimDriveOptions options = drive_options(machine.axis[i], drive_cycle_ns, kPowerUpPosition[i]);
         options.backlash = world.spec().drives.backlash[i];
+        options.servo.disturbance = world.spec().drives.disturbance[i];
+        options.servo.disturbance_frequency = world.spec().drives.disturbance_frequency;
         drives_.emplace_back(options);
     }
 }
@@ -64,6 +69,18 @@ void CellPlant::sample(ServoInputs& inputs) {
     mopa_.take(source_rx_);
     inputs.source_rx = source_rx_;
     inputs.guard_causes = std::exchange(guard_causes_, std::uint8_t{0});
+    read_encoders(inputs.encoders, inputs.tick * machine_.control_period_ns);
+}
+
+void CellPlant::read_encoders(EncoderInputs& encoders, std::int64_t t_ns) const {
+    encoders = {};
+    for (std::size_t i = 0; i < kAxisCount; ++i) {
+        if (const double counts = machine_.axis[i].encoder_counts_per_unit; counts > 0.0) {
+            encoders.valid = true;
+            encoders.counts[i] = std::llround(drives_[i].true_position_at(t_ns - kEncoderAgeNs) * counts);
+        }
+    }
+    encoders.age_ns = encoders.valid ? kEncoderAgeNs : 0;
 }
 
 void CellPlant::accept(std::int64_t tick, const ServoOutputs& outputs) {

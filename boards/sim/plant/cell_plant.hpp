@@ -83,6 +83,7 @@ public:
 private:
     void begin_window(std::int64_t t_ns, const ServoOutputs* acting);
     void read_lines();
+    void read_encoders(EncoderInputs& encoders, std::int64_t t_ns) const;
     void shine_guide(std::int64_t t_ns, const ServoOutputs* acting);
     void show(SourceTrouble trouble);
     void guard(std::int64_t t_ns, bool gate_allowed);

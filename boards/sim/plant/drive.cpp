@@ -97,6 +97,7 @@ void SimDrive::advance(std::int64_t dt_ns) {
     const double dt = static_cast<double>(dt_ns) * kNsToS;
     const double demand_before = demand_.position();
     demand_.advance(dt);
+    servo_.disturb(states_.state() == State::operation_enabled && in_mode(kModeCsp));
     servo_.step(0.5 * (demand_before + demand_.position()), dt);
     t_ns_ += dt_ns;
     if (!states_.powered()) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "shared/units/quantity.hpp"
+
 namespace sc::sim {
 namespace {
 
@@ -114,7 +116,10 @@ Servo::Servo(const ServoOptions& options, double position) noexcept
       stiffness_(2.0 / (options.lag_s * options.lag_s)),
       damping_(2.0 / options.lag_s),
       position_(position),
-      zero_(position) {}
+      zero_(position) {
+    const double omega = 2.0 * kPi * options.disturbance_frequency;
+    push_ = options.disturbance * std::hypot(stiffness_ - omega * omega, damping_ * omega);
+}
 
 std::int64_t Servo::counts_at(double position) const noexcept {
     return std::llround((position - zero_) * options_.counts_per_unit);
@@ -157,9 +162,13 @@ void Servo::step(double demand, double dt_s) noexcept {
     const double half = 0.5 * dt_s;
     const double middle_velocity = velocity_ + half * force(position_, velocity_, demand);
     const double acceleration = force(position_ + half * velocity_, middle_velocity, demand);
+    // Half way through the step, as the demand is.
+    const double omega = 2.0 * kPi * options_.disturbance_frequency;
+    const double pushed = disturbed_ && push_ > 0.0 ? push_ * std::sin(omega * (phase_ + half)) : 0.0;
+    phase_ += dt_s;
     const double friction = options_.friction + (powered_ ? 0.0 : options_.brake);
     const double before = velocity_;
-    velocity_ = towards_zero(velocity_ + dt_s * acceleration, friction * dt_s);
+    velocity_ = towards_zero(velocity_ + dt_s * (acceleration + pushed), friction * dt_s);
     position_ += 0.5 * (before + velocity_) * dt_s;
 }
 

@@ -17,6 +17,10 @@ struct ServoOptions {
     double brake = 50.0;              ///< deceleration without power, base units / s²
     double speed_limit = 0.3;         ///< of the velocity loop, base units / s
     double reference_position = 0.0;  ///< true place of the reference switch
+    /// A force that swings as a sine while the drive follows targets: the following error, base units, that it would
+    /// make in the loop without friction; and its frequency, Hz.
+    double disturbance = 0.0;
+    double disturbance_frequency = 0.0;
 };
 
 /// The demand of the position loop, at one moment.
@@ -81,6 +85,8 @@ public:
     void power(bool on) noexcept { powered_ = on; }
     void freeze_encoder(bool on) noexcept;
     void block(bool on) noexcept;
+    /// The force of the disturbance acts.
+    void disturb(bool on) noexcept { disturbed_ = on; }
 
     /// One step of at most 50 µs, with the demand half way through it.
     void step(double demand, double dt_s) noexcept;
@@ -97,6 +103,9 @@ private:
     double zero_ = 0.0;
     double obstacle_ = 0.0;
     std::int64_t frozen_counts_ = 0;
+    double push_ = 0.0;   ///< greatest force of the disturbance, base units / s²
+    double phase_ = 0.0;  ///< s since the start, of its sine
+    bool disturbed_ = false;
     bool frozen_ = false;
     bool blocked_ = false;
     bool powered_ = false;

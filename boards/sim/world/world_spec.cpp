@@ -104,7 +104,12 @@ void add_drives(std::vector<NumberKey>& keys) {
                                   [i](WorldSpec& w) -> double& { return w.drives.backlash[i]; });
         key.min = 0.0;
         keys.push_back(std::move(key));
+        keys.push_back({std::string("drives.disturbance_") + kLetters[i] + (turn ? "_mdeg" : "_um"),
+                        [i](WorldSpec& w) -> double& { return w.drives.disturbance[i]; }, turn ? 1e-3 : 1e-6, 0.0,
+                        1000.0});
     }
+    keys.push_back({"drives.disturbance_hz", [](WorldSpec& w) -> double& { return w.drives.disturbance_frequency; },
+                    1.0, 0.0, 1000.0});
 }
 
 Field galvo(double GalvoTruth::* member) { return member_of(&WorldSpec::galvo, member); }

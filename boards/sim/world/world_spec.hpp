@@ -101,6 +101,9 @@ struct MeshFile {
 /// Play between the motor, whose encoder the drive reads, and what it moves: the whole width. Metres, degrees for C.
 struct DrivesTruth {
     std::array<double, kAxisCount> backlash{};
+    /// A force that swings: the following error that it makes while a drive follows targets.
+    std::array<double, kAxisCount> disturbance{};
+    double disturbance_frequency = 0.0;  ///< Hz
 };
 
 /// All that a world file says, in SI units (angles of C in degrees).

@@ -58,6 +58,12 @@ private:
             t.source.resize(below(kSourceBytesPerTick + 1));
             std::ranges::generate(t.source, [this] { return byte(); });
         }
+        if (below(busy_) == 0) {
+            t.encoders = {true, static_cast<std::int32_t>(below(1'000'000)), {}};
+            for (std::int64_t& counts : t.encoders.counts) {
+                counts = static_cast<std::int64_t>(random_());
+            }
+        }
         t.galvo_status = static_cast<std::uint16_t>(below(5) == 0 ? random_() : kGalvoStatusOk);
         t.guard_causes = below(5) == 0 ? byte() : std::uint8_t{0};
         t.digest.crc = static_cast<std::uint32_t>(random_());

@@ -150,6 +150,16 @@ link::CommandReply CellRig::set_power_curve(const PowerCurve& curve) {
     return reply_to(message.sequence);
 }
 
+link::CommandReply CellRig::set_galvo_lag(const GalvoLag& lag) {
+    link::SetGalvoLag message;
+    message.sequence = ++sequence_;
+    message.latency_ns = static_cast<std::uint32_t>(lag.latency_ns);
+    message.natural_frequency_hz = lag.natural_frequency.si();
+    message.damping = lag.damping;
+    send(message);
+    return reply_to(message.sequence);
+}
+
 link::CommandReply CellRig::set_galvo_field(link::SetGalvoField message) {
     message.sequence = ++sequence_;
     send(message);

@@ -60,6 +60,7 @@ public:
     link::CommandReply send_map_chunk(std::uint16_t offset, std::span<const std::uint8_t> bytes);
     link::CommandReply commit_map(std::uint16_t bytes, std::uint32_t crc);
     link::CommandReply set_power_curve(const PowerCurve& curve);
+    link::CommandReply set_galvo_lag(const GalvoLag& lag);
     link::CommandReply set_galvo_field(link::SetGalvoField message);
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).

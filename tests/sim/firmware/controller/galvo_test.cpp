@@ -216,6 +216,31 @@ TEST(Controller, RefusesAGalvoFieldThatIsNoneOrComesOutOfOrder) {
     EXPECT_EQ(send_field(rig, shifted_field(0.0, 0.0)), 0);
 }
 
+TEST(Controller, TakesALagOfTheGalvoWithinItsRangeAndSaysWhatIsOutOfIt) {
+    CellRig rig;
+    rig.connect();
+    ASSERT_TRUE(rig.until_state(State::disabled, 5000));
+    const auto frequency = [](double hz) { return Frequency::from_si(hz); };
+    EXPECT_EQ(rig.set_galvo_lag({173'800, frequency(1600.0), 0.75}).refusal, 0);
+    EXPECT_EQ(rig.set_galvo_lag({}).refusal, 0) << "back to what the machine states";
+    const auto bad = static_cast<std::uint16_t>(Refusal::bad_galvo_lag);
+    const auto refused = [&](const GalvoLag& lag, std::int64_t detail) {
+        const auto reply = rig.set_galvo_lag(lag);
+        EXPECT_EQ(reply.refusal, bad);
+        EXPECT_EQ(reply.detail, detail);
+    };
+    refused({400'000, frequency(2000.0), 0.75}, 1);
+    refused({160'000, frequency(5000.0), 0.75}, 2);
+    refused({160'000, frequency(2000.0), 0.01}, 3);
+    refused({160'000, frequency(1600.0), 0.9}, 4);
+}
+
+TEST(Controller, RefusesALagOfTheGalvoWhileArmed) {
+    CellRig rig;
+    rig.make_ready();
+    EXPECT_EQ(rig.set_galvo_lag({}).refusal, static_cast<std::uint16_t>(Refusal::wrong_state));
+}
+
 TEST(Controller, RefusesAGalvoFieldWhileArmed) {
     CellRig rig;
     rig.make_ready();

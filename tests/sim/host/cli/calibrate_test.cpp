@@ -16,7 +16,7 @@ TEST(BenchLaser, FieldAndPulsesMeetWhatIsAskedAndEachPartEarnsIt) {
     Program bench("scribecell", {"bench", "laser", "--json"});
     EXPECT_EQ(bench.wait(), 0) << bench.out() << bench.err();
     const json object = json::parse(bench.out());
-    ASSERT_EQ(object.at("figures").size(), 20U);
+    ASSERT_EQ(object.at("figures").size(), 29U);
     std::map<std::string, double> value;
     for (const json& figure : object.at("figures")) {
         EXPECT_TRUE(figure.at("met").get<bool>()) << figure.dump();
@@ -26,6 +26,7 @@ TEST(BenchLaser, FieldAndPulsesMeetWhatIsAskedAndEachPartEarnsIt) {
     EXPECT_GT(value.at("field_without_depth_max_um"), 10.0 * 10.0);
     EXPECT_GT(value.at("placement_without_lag_peak_um"), 100.0 * value.at("placement_peak_um"));
     EXPECT_GT(value.at("placement_time_only_peak_um"), 10.0 * value.at("placement_peak_um"));
+    EXPECT_GT(value.at("placement_untuned_peak_um"), 10.0 * value.at("placement_mismatched_peak_um"));
     EXPECT_GT(value.at("pitch_without_lag_peak_pct"), 10.0 * value.at("pitch_error_peak_pct"));
     EXPECT_GT(value.at("energy_without_law_pct"), 10.0 * value.at("energy_error_pct"));
 }
@@ -46,6 +47,41 @@ TEST(CalibrateGalvoField, WritesASetThatAJobRunsOn) {
                    {"scribe", "--face", "90", "--calibration", (folder / "a/calibration.toml").string(), "--json"});
     ASSERT_EQ(scribe.wait(), 0) << scribe.err();
     EXPECT_LT(json::parse(scribe.out()).at("max_command_error_um").get<double>(), 5.0);
+}
+
+TEST(CalibrateGalvoLag, FindsTheMirrorsOfTheWorldAndWritesASetThatAJobRunsOn) {
+    const auto folder = fresh_folder();
+    Program calibrate("scribecell", {"calibrate", "galvo-lag", "--out", (folder / "a").string(), "--json"});
+    ASSERT_EQ(calibrate.wait(), 0) << calibrate.err();
+    const json object = json::parse(calibrate.out());
+    EXPECT_NEAR(object.at("latency_us").at("value").get<double>(), 160.0, 2.0);
+    EXPECT_NEAR(object.at("natural_frequency_hz").at("value").get<double>(), 2000.0, 100.0);
+    EXPECT_NEAR(object.at("damping").at("value").get<double>(), 0.75, 0.03);
+    // The same marks as a person would hand them in.
+    Program again("scribecell", {"calibrate", "galvo-lag", "--plan", (folder / "a/plan.csv").string(), "--measured",
+                                 (folder / "a/measured.csv").string(), "--json"});
+    ASSERT_EQ(again.wait(), 0) << again.err();
+    EXPECT_EQ(json::parse(again.out()).at("damping"), object.at("damping"));
+    Program scribe("scribecell",
+                   {"scribe", "--face", "90", "--calibration", (folder / "a/calibration.toml").string(), "--json"});
+    ASSERT_EQ(scribe.wait(), 0) << scribe.err();
+    EXPECT_LT(json::parse(scribe.out()).at("max_command_error_um").get<double>(), 5.0);
+}
+
+TEST(CalibrateGalvoLag, RefusesWhatCannotSupportIt) {
+    const auto folder = fresh_folder();
+    write_file(folder / "plan.csv",
+               "line,along,way,start_x,start_z,run,amplitude,wavelength,speed,pitch,anchor_x,anchor_y,anchor_z,"
+               "told_latency_us,told_frequency_hz,told_damping\n"
+               "1,x,1,-8,2,16,0,0,2000,0.1,-225,-210,-250,160,2000,0.75\n");
+    write_file(folder / "few.csv", "line,mark,x,y,z,sigma\n1,40,-229,-210,-248,0.0075\n");
+    Program few("scribecell", {"calibrate", "galvo-lag", "--plan", (folder / "plan.csv").string(), "--measured",
+                               (folder / "few.csv").string()});
+    EXPECT_EQ(few.wait(), 2);
+    EXPECT_NE(few.err().find("fewer than 200"), std::string::npos) << few.err();
+    Program alone("scribecell", {"calibrate", "galvo-lag", "--plan", (folder / "plan.csv").string()});
+    EXPECT_EQ(alone.wait(), 2);
+    EXPECT_NE(alone.err().find("--measured"), std::string::npos) << alone.err();
 }
 
 TEST(CalibrateGalvoField, RefusesWhatCannotSupportIt) {

@@ -41,6 +41,7 @@ struct Fed {
             source.push_back(static_cast<std::uint8_t>(0xA0 + i));
         }
         inputs.source_rx = source;
+        inputs.encoders = {true, 20'000, {INT64_MIN, -1, 0, INT64_MAX}};
     }
 };
 
@@ -94,6 +95,7 @@ TEST(IoImage, InputsComeBackAsTheyWere) {
         EXPECT_TRUE(std::ranges::equal(back.inputs.link_rx, fed.inputs.link_rx));
         EXPECT_TRUE(std::ranges::equal(back.inputs.drive_rx, fed.inputs.drive_rx));
         EXPECT_TRUE(std::ranges::equal(back.inputs.source_rx, fed.inputs.source_rx));
+        EXPECT_EQ(back.inputs.encoders, fed.inputs.encoders);
     }
 }
 

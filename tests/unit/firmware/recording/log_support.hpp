@@ -22,10 +22,11 @@ struct FedTick {
     std::uint16_t galvo_status = kGalvoStatusOk;
     std::uint8_t guard_causes = 0;
     std::vector<std::uint8_t> source{};
+    EncoderInputs encoders{};
     OutputsDigest digest;
 
     [[nodiscard]] ServoInputs inputs() const {
-        return {tick, link, drives, digital, galvo_status, guard_causes, source};
+        return {tick, link, drives, digital, galvo_status, guard_causes, source, encoders};
     }
     bool operator==(const FedTick&) const = default;
 };
@@ -39,6 +40,7 @@ inline FedTick fed(const LoggedTick& logged) {
             in.galvo_status,
             in.guard_causes,
             {in.source_rx.begin(), in.source_rx.end()},
+            in.encoders,
             logged.digest};
 }
 
@@ -69,6 +71,9 @@ inline std::vector<FedTick> plain_ticks(std::size_t count) {
         }
         if (i % 50 == 11) {
             t.source = {0xA5, 0x00, static_cast<std::uint8_t>(i)};
+        }
+        if (i % 70 == 13) {
+            t.encoders = {true, 20'000, {static_cast<std::int64_t>(i), -5, 0, 1}};
         }
         t.digital.source_status = static_cast<std::uint8_t>(i % 300 == 0 ? 4 : 7);
         t.digital.interlock_closed = i < count / 2;

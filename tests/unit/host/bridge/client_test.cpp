@@ -176,6 +176,10 @@ TEST(CellClient, SendsTheGalvoFieldInOrderAndEndsIt) {
     EXPECT_EQ(cell.power_curve.count, 2);
     EXPECT_EQ(cell.power_curve.bytes[1], 255);
     EXPECT_EQ(cell.power_curve.watts[1], 75.0);
+    client.set_galvo_lag({163'500, Frequency::from_si(1812.5), 0.71});
+    EXPECT_EQ(cell.galvo_lag.latency_ns, 163'500U);
+    EXPECT_EQ(cell.galvo_lag.natural_frequency_hz, 1812.5);
+    EXPECT_EQ(cell.galvo_lag.damping, 0.71);
 }
 
 TEST(CellClient, TellsEachChangeOfStateOnce) {

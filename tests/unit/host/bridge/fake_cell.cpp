@@ -281,6 +281,11 @@ void FakeCell::take(const link::SetPowerCurve& m) {
     answer(m.sequence, Refusal::none);
 }
 
+void FakeCell::take(const link::SetGalvoLag& m) {
+    galvo_lag = m;
+    answer(m.sequence, Refusal::none);
+}
+
 void FakeCell::take(const link::ConfigRequest& m) {
     const auto bytes = config_bytes(machine);
     link::ConfigChunk chunk;

@@ -69,6 +69,7 @@ public:
     std::vector<double> galvo_field;  ///< numbers as they have come
     bool galvo_field_ended = false;   ///< and the message that ends them
     link::SetPowerCurve power_curve;
+    link::SetGalvoLag galvo_lag;
     bool burns_in_preview = false;
     std::int32_t override_percent = 100;
     std::vector<std::uint8_t> map;  ///< pieces so far
@@ -104,6 +105,7 @@ private:
     void take(const link::SetCompensation& m);
     void take(const link::SetGalvoField& m);
     void take(const link::SetPowerCurve& m);
+    void take(const link::SetGalvoLag& m);
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);

@@ -128,6 +128,31 @@ TEST(WriteCalibration, RoundTripsTheAxisMap) {
     EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
 }
 
+TEST(WriteCalibration, RoundTripsTheGalvosLag) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    EXPECT_TRUE(galvo_lag_of(set).empty());
+    GalvoLagRecord record;
+    record.lag = {173'774, Frequency::from_si(1585.85), 0.74604};
+    record.covariance.at = {{{1e-14, 1e-8, 0.0}, {1e-8, 180.0, 0.01}, {0.0, 0.01, 8e-6}}};
+    record.provenance = {
+        .parents = {"lines"}, .residual_rms = 7.2e-6, .time = "2026-02-01T00:00:00+01:00", .note = "3196 marks"};
+    set.galvo_lag = record;
+    const std::string hash = write_calibration(dir / "c.toml", set);
+    const CalibrationSet again = read_calibration(dir / "c.toml");
+    EXPECT_EQ(galvo_lag_of(again), record.lag);
+    EXPECT_EQ(again.galvo_lag->covariance, record.covariance);
+    EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
+    const std::string text = test::replaced(test::slurp(dir / "c.toml"), "latency_us = 173.774", "latency_us = 140.0");
+    const auto bad = dir.write(
+        "bad.toml", text.substr(0, text.find("sha256")) + text.substr(text.find('\n', text.find("sha256")) + 1));
+    expect_refusal([&] { static_cast<void>(read_calibration(bad)); },
+                   {.file = bad.string(),
+                    .line = test::line_with(test::slurp(bad), "latency_us"),
+                    .value = "140.0",
+                    .problem = "below the servo's own lag"});
+}
+
 PowerRecord power_record() {
     PowerRecord record{.curve = {}, .time = "2026-02-01T00:00:00+01:00", .note = "thermopile, 10 s a point"};
     record.curve.count = 3;
