@@ -320,7 +320,9 @@ private:
                 strokes.push_back(std::move(stroke));
             }
         }
-        const StrokePath made = split_path(begin_of(first, 0), strokes, machine_);
+        const double depth =
+            calibration_.beam ? calibration_.beam->depth_within(s.fluence_tolerance) : GalvoField::kDepthMost;
+        const StrokePath made = split_path(begin_of(first, 0), strokes, machine_, depth);
         refuse_split(first, made);
         const std::size_t first_item = plan_.items.size();
         for (std::uint8_t pass = 0; pass < s.passes; ++pass) {

@@ -131,8 +131,9 @@ void walk_all(Walk& walk, std::span<const Stroke3> strokes) {
 
 }  // namespace
 
-StrokePath stroke_path(const PathBegin& begin, std::span<const Stroke3> strokes, const MachineConfig& machine) {
-    const StageRules rules = stage_rules(begin.speed_um_s * 1e-6, machine);
+StrokePath stroke_path(const PathBegin& begin, std::span<const Stroke3> strokes, const MachineConfig& machine,
+                       double depth) {
+    const StageRules rules = stage_rules(begin.speed_um_s * 1e-6, machine, depth);
     Walk walk(begin, machine, rules);
     walk_all(walk, strokes);
     StrokePath path{.items = {begin}, .length = walk.length(), .dark_length = walk.dark(), .stage = {}};
@@ -161,14 +162,15 @@ StrokePath stroke_path(const PathBegin& begin, std::span<const Stroke3> strokes,
     return path;
 }
 
-StrokePath split_path(const PathBegin& begin, std::span<const Stroke3> strokes, const MachineConfig& machine) {
+StrokePath split_path(const PathBegin& begin, std::span<const Stroke3> strokes, const MachineConfig& machine,
+                      double depth) {
     const auto possible = [](const StrokePath& path) { return path.stage.worst <= 1.0 + kStageSlack; };
     const auto at_share = [&](double share) {
         PathBegin slower = begin;
         slower.speed_um_s = static_cast<std::uint32_t>(begin.speed_um_s * share);
-        return stroke_path(slower, strokes, machine);
+        return stroke_path(slower, strokes, machine, depth);
     };
-    StrokePath best = stroke_path(begin, strokes, machine);
+    StrokePath best = stroke_path(begin, strokes, machine, depth);
     if (possible(best)) {
         return best;
     }

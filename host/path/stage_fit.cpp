@@ -214,13 +214,13 @@ std::pair<double, double> free_travel(std::size_t axis, const MachineConfig& mac
 
 }  // namespace
 
-StageRules stage_rules(double speed, const MachineConfig& machine) {
+StageRules stage_rules(double speed, const MachineConfig& machine, double depth) {
     StageRules rules;
     rules.speed = speed;
     rules.spacing = std::clamp(std::ceil(speed * kKnotTime * 1e6) * 1e-6, 1.1e-3, 0.9);
     rules.lag = speed * (kSmoothing + 1e-9 * static_cast<double>(machine.axis[index(Axis::x)].latency_ns));
     const double half = machine.galvo.half_field.si() - kFieldMargin;
-    rules.reach = {half, GalvoField::kDepthMost - kDepthMargin, half};
+    rules.reach = {half, std::min(depth, GalvoField::kDepthMost - kDepthMargin), half};
     for (std::size_t i = 0; i < 3; ++i) {
         const AxisConfig& axis = machine.axis[i];
         const auto [low, high] = free_travel(i, machine);

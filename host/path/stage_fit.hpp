@@ -30,8 +30,9 @@ struct StageRules {
     std::array<MoveLimits, 3> limits{};  ///< along the curve at the path's speed
 };
 /// For this machine and path speed. What is left to the limits is for how the stage follows (docs/link.md), and a
-/// margin of 2 mm in the field, 0.5 mm in depth is for what the path's length is not known by.
-[[nodiscard]] StageRules stage_rules(double speed, const MachineConfig& machine);
+/// margin of 2 mm in the field, 0.5 mm in depth is for what the path's length is not known by. `depth`: metres that the
+/// surface may lie off the focus, if that is less.
+[[nodiscard]] StageRules stage_rules(double speed, const MachineConfig& machine, double depth);
 
 struct StageFit {
     std::vector<Vec3> control;  ///< control points; knot i lies at i · spacing
