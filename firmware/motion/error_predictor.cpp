@@ -36,9 +36,13 @@ ErrorPredictor::ErrorPredictor(const Design& design) noexcept {
     const double t = design.sample_s;
     const double omega = kTwoPi * design.bandwidth_hz;
     const double omega2 = omega * omega;
-    const double jerk = design.amplitude * design.amplitude * omega2 * omega2 * omega / t;
+    swing2_ = 0.6 * omega2;
+    const double jerk = 0.5 * design.amplitude * design.amplitude * omega2 * omega2 * omega2 * (4.0 / 175.0) /
+                        (design.bandwidth_hz * t);
     const double noise = design.grid * design.grid * (1.0 / 12.0);
-    const Square step{{{1.0, t, 0.5 * t * t}, {0.0, 1.0, t}, {0.0, 0.0, 1.0}}};
+    const Way way = way_of(t);
+    const Square step{
+        {{1.0, way.once, way.twice}, {0.0, way.cosine, way.once}, {0.0, -swing2_ * way.once, way.cosine}}};
     const Square back = transposed(step);
     const std::array<double, 3> drive{t * t * t * (1.0 / 6.0), 0.5 * t * t, t};
     const double a = design.amplitude * design.amplitude;
@@ -64,10 +68,12 @@ ErrorPredictor::ErrorPredictor(const Design& design) noexcept {
 }
 
 void ErrorPredictor::sample(double error, double elapsed_s) noexcept {
-    const double place = this->error(elapsed_s);
-    const double speed = this->speed(elapsed_s);
+    const Way way = way_of(elapsed_s);
+    const double place = state_[0] + (way.once * state_[1] + way.twice * state_[2]);
+    const double speed = way.cosine * state_[1] + way.once * state_[2];
+    const double acceleration = way.cosine * state_[2] - swing2_ * (way.once * state_[1]);
     const double more = error - place;
-    state_ = {place + gain_[0] * more, speed + gain_[1] * more, state_[2] + gain_[2] * more};
+    state_ = {place + gain_[0] * more, speed + gain_[1] * more, acceleration + gain_[2] * more};
 }
 
 }  // namespace sc::motion
