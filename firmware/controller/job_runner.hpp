@@ -199,7 +199,9 @@ private:
     bool waiting_ = false;
     bool path_closed_ = false;  ///< the path's end has come
     motion::Place last_point_{};
-    motion::Place arrives_{};  ///< the way that the path arrives there
+    motion::Place before_{};   ///< the one before it
+    motion::Place arrives_{};  ///< the way that an arc arrives there
+    bool by_arc_ = false;
     bool has_point_ = false;
     std::uint32_t last_point_item_ = 0;
     bool has_way_ = false;
