@@ -123,6 +123,9 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     }
     traced_ = 0.0;
     stage_.open();
+    // By its smoothing and its latency.
+    stage_lag_ = static_cast<double>(begin.speed_um_s) * 1e-6 *
+                 (seconds(motion::kStageSmoothing) + exact_double(machine_.axis[kX].latency_ns) * 1e-9);
     has_way_ = dark_ = false;
     if (split && !(motion::StageHistory::readable(stage_late(kX)) && motion::StageHistory::readable(stage_late(kY)) &&
                    motion::StageHistory::readable(stage_late(kZ)))) {
@@ -160,22 +163,15 @@ void JobRunner::check_place(const motion::Place& place, std::uint32_t item) noex
     }
 }
 
-/// Path distance by which the stage can be behind its curve: by its smoothing and its latency.
-double JobRunner::stage_lag() const noexcept {
-    const double speed = static_cast<double>(path_.speed_um_s) * 1e-6;
-    return speed * (seconds(motion::kStageSmoothing) + exact_double(machine_.axis[kX].latency_ns) * 1e-9);
-}
-
 /// The mirrors' share of a place that the path reaches at `distance`, wherever the stage may be then: behind by its
 /// lag, or not at all after a hold.
 void JobRunner::check_reach(const motion::Place& place, double distance, std::uint32_t item) noexcept {
-    const double late = stage_lag();
     const double half = machine_.galvo.half_field.si() - motion::kFieldMargin;
     if (!stage_.reaches(distance + 0.5 * stage_.spacing())) {
         refuse(Refusal::bad_stage_curve, item, Axis::x, distance);
         return;
     }
-    for (const double back : {0.0, late}) {
+    for (const double back : {0.0, stage_lag_}) {
         const motion::StageCurve::Point stage = stage_.at(distance - back);
         if (!(absolute(place[kX] - stage[kX]) <= half)) {
             refuse(Refusal::galvo_out_of_field, item, Axis::x, place[kX] - stage[kX]);
