@@ -29,7 +29,7 @@ using trajectory::Place;
 
 inline constexpr std::uint32_t kPointsPerTick = 8;  ///< that are taken
 /// Units of planning a tick; a unit is one step of one cell, or one point.
-inline constexpr std::uint32_t kUnitsPerTick = 34;
+inline constexpr std::uint32_t kUnitsPerTick = 30;
 
 /// A stretch of path time on one polynomial. What is read for each frame and each pulse comes from here: no look-up, no
 /// division, no root, no comparison. Valid until the next tick().
