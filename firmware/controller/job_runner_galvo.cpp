@@ -60,8 +60,8 @@ struct FrameLaw {
     motion::Place anchor;   ///< where the axes stand
     const StageLaw* stage;  ///< or how they move
     double period;          ///< s
-    double per_step;   ///< GalvoLead in frames
-    double per_step2;  ///< … and in frames²
+    double per_step;        ///< GalvoLead in frames
+    double per_step2;       ///< … and in frames²
     laser::FieldPatch patch;
     double first;  ///< frame of the tick at which those to be put begin
     [[nodiscard]] bool level() const noexcept {

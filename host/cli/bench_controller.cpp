@@ -99,8 +99,8 @@ void add_dense_line(Job& job) {
     job.end();
 }
 
-/// Path 3: dense points at 1.9 m/s and a pulse each 10 µm, dark and lit in turns, while the stage goes along: a widening
-/// spiral that moves on at 95 mm/s.
+/// Path 3: dense points at 1.9 m/s and a pulse each 10 µm, dark and lit in turns, while the stage goes along: a
+/// widening spiral that moves on at 95 mm/s.
 void add_split_spiral(Job& job) {
     constexpr double kSpacing = 95.0;  // mm of path: 20 knots a second
     constexpr double kDrift = 0.045;   // of the path's length
@@ -113,7 +113,8 @@ void add_split_spiral(Job& job) {
         const double radius = 11.0 + 3.0 * i / kSplitPoints;
         length += i > 0 ? kChord * 1e3 : 0.0;
         for (; knots < static_cast<int>((length + 5.0) / kSpacing + 0.5) + 4; ++knots) {
-            job.add(StageKnot{wire(kCentreMm.x + kDrift * kSpacing * (knots - 1)), wire(kCentreMm.y), wire(kCentreMm.z)});
+            job.add(
+                StageKnot{wire(kCentreMm.x + kDrift * kSpacing * (knots - 1)), wire(kCentreMm.y), wire(kCentreMm.z)});
         }
         job.point(radius * std::cos(angle) + kDrift * length, radius * std::sin(angle));
         angle += kChord * 1e3 / radius;
@@ -232,8 +233,8 @@ std::vector<Figure> bench_controller(const BenchOptions& options) {
     const nlohmann::json& all = board.at("figures").at("instructions");
     const nlohmann::json& marking = board.at("figures").at("instructions_marking");
     const auto hash_of = [](const nlohmann::json& run) { return run.at("command_trace_sha256").get<std::string>(); };
-    const bool hashes_equal = hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again) &&
-                              hash_of(split) == hash_of(split_pc);
+    const bool hashes_equal =
+        hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again) && hash_of(split) == hash_of(split_pc);
     const nlohmann::json& split_marking = split.at("figures").at("instructions_marking");
     const auto count = [](const nlohmann::json& figures, const char* name) {
         return figures.at(name).at("count").get<double>();

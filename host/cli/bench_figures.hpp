@@ -50,7 +50,8 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// The galvo's field correction, from a plate burnt in the simulated cell and measured with σ 7.5 µm, judged by the
 /// world's own rays over 110 mm and ± 1 mm of depth (scribecell-field-truth). Figures: field_residual_rms_um,
 /// field_residual_max_um, the same noise-free, and field_without_depth_max_um: the correction in two dimensions only.
-/// Then those of bench_pulses and bench_split. `raw`: the plate's files, pulses.csv (one row a run) and each run's traces.
+/// Then those of bench_pulses and bench_split. `raw`: the plate's files, pulses.csv (one row a run) and each run's
+/// traces.
 [[nodiscard]] std::vector<Figure> bench_laser(const BenchOptions& options);
 
 /// What the controller costs on a Cortex-M7, in instructions, and whether its bits are the same everywhere. One job at
