@@ -295,7 +295,7 @@ void JobRunner::stage_step(const motion::Segment& segment, double t) noexcept {
         p = exact_double(nearest(p * kPmPerMetre)) / kPmPerMetre;
     }
     // What is said of new points is said of where the stage may be then, at most so far back.
-    stage_.forget_before(distance - stage_lag());
+    stage_.forget_before(distance - stage_lag_);
     history_.push(place);
     place_ = stage_place(place);
     rest_ticks_ = 0;

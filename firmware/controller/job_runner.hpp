@@ -143,7 +143,6 @@ private:
     void add_curve(const StageCurve& curve, std::uint32_t item) noexcept;
     void add_knot(const StageKnot& knot, std::uint32_t item) noexcept;
     void check_reach(const motion::Place& place, double distance, std::uint32_t item) noexcept;
-    [[nodiscard]] double stage_lag() const noexcept;
     void check_way(const motion::Place& to, double length, std::uint32_t item) noexcept;
     void check_end() noexcept;
     void refuse(Refusal refusal, std::uint32_t item, Axis axis, double value) noexcept;
@@ -209,11 +208,14 @@ private:
     bool waiting_ = false;
     bool path_closed_ = false;  ///< the path's end has come
     motion::Place last_point_{};
-    motion::Place arrives_{};  ///< the way that the path arrives there
+    motion::Place before_{};   ///< the one before it
+    motion::Place arrives_{};  ///< the way that an arc arrives there
+    bool by_arc_ = false;
     bool has_point_ = false;
     std::uint32_t last_point_item_ = 0;
     bool has_way_ = false;
     bool dark_ = false;          ///< the path is, behind the last point
+    double stage_lag_ = 0.0;     ///< path distance by which the stage can be behind its curve
     double taken_length_ = 0.0;  ///< of the points' polyline so far, a longest run-in before it
     bool end_checked_ = false;   ///< and lies within the travel, with its run-out
     std::int64_t tick_ = 0;

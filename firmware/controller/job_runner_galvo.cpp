@@ -57,30 +57,26 @@ using StageLaw = std::array<laser::FramePolynomial<3>, 3>;
 /// What the frames of a tick have in common.
 struct FrameLaw {
     const laser::FieldMap& map;
-    StageLaw stage;
-    bool moving;       ///< the stage
-    double period;     ///< s
-    double per_step;   ///< GalvoLead in frames
-    double per_step2;  ///< … and in frames²
+    motion::Place anchor;   ///< where the axes stand
+    const StageLaw* stage;  ///< or how they move
+    double period;          ///< s
+    double per_step;        ///< GalvoLead in frames
+    double per_step2;       ///< … and in frames²
     laser::FieldPatch patch;
     double first;  ///< frame of the tick at which those to be put begin
     [[nodiscard]] bool level() const noexcept {
-        const laser::FramePolynomial<3>& y = stage[kY];
+        const laser::FramePolynomial<3>& y = (*stage)[kY];
         return y[1] == 0.0 && y[2] == 0.0 && y[3] == 0.0;
     }
     [[nodiscard]] double stage_at(std::size_t axis, double frame) const noexcept {
-        return laser::value<3>(stage[axis], frame);
+        return stage == nullptr ? anchor[axis] : laser::value<3>((*stage)[axis], frame);
     }
 };
 
 /// Takes from a place what the stage does of it, frames counted from law.first.
 template <std::size_t kDegree>
 void take_stage(laser::FramePolynomial<kDegree>& place, const FrameLaw& law, std::size_t axis) noexcept {
-    const laser::FramePolynomial<3>& s = law.stage[axis];
-    if (!law.moving) {
-        place[0] -= s[0];
-        return;
-    }
+    const laser::FramePolynomial<3>& s = (*law.stage)[axis];
     const double k = law.first;
     place[0] -= laser::value<3>(s, k);
     place[1] -= s[1] + k * (2.0 * s[2] + 3.0 * k * s[3]);
@@ -131,7 +127,7 @@ template <GalvoWord kWord, std::size_t kDegree>
 
 /// Frames of one segment under one patch, from path time t on: the words' counts are polynomials too. A new patch is
 /// made for the place at frame `middle`, if that is not negative.
-template <GalvoWord kWord, std::size_t kDegree>
+template <GalvoWord kWord, std::size_t kDegree, bool kMoving>
 void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double middle,
                 std::span<GalvoFrame> frames) noexcept {
     using Polynomial = laser::FramePolynomial<kDegree>;
@@ -139,7 +135,11 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
     const double step = law.period * segment.rate;
     const auto place_of = [&](std::size_t axis) noexcept {
         Polynomial place = laser::over_frames<kDegree>(segment.piece->axis[axis], begin, step);
-        take_stage<kDegree>(place, law, axis);
+        if constexpr (kMoving) {
+            take_stage<kDegree>(place, law, axis);
+        } else {
+            place[0] -= law.anchor[axis];
+        }
         return place;
     };
     const Polynomial place_x = place_of(kX);
@@ -147,8 +147,8 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
     const Polynomial x_led = laser::led<kDegree>(place_x, law.per_step, law.per_step2);
     const Polynomial z_led = laser::led<kDegree>(place_z, law.per_step, law.per_step2);
     Polynomial depth{};
-    if (is_level(segment.piece->axis[kY]) && law.level()) {
-        depth[0] = segment.piece->axis[kY][0] - law.stage[kY][0];
+    if (is_level(segment.piece->axis[kY]) && (!kMoving || law.level())) {
+        depth[0] = segment.piece->axis[kY][0] - (kMoving ? (*law.stage)[kY][0] : law.anchor[kY]);
     } else {
         depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
     }
@@ -219,21 +219,30 @@ void JobRunner::galvo_jump(double t, ServoOutputs& out) noexcept {
 void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
     const double period = exact_double(machine_.galvo_period_ns) * 1e-9;
     const bool wide = machine_.galvo.word == GalvoWord::bits18;
-    const auto put = wide ? put_frames<GalvoWord::bits18, 5> : put_frames<GalvoWord::bits16, 5>;
-    const auto put_cubic = wide ? put_frames<GalvoWord::bits18, 3> : put_frames<GalvoWord::bits16, 3>;
+    const bool split = path_.actuator == Actuator::split;
+    const auto put_fixed = wide ? put_frames<GalvoWord::bits18, 5, false> : put_frames<GalvoWord::bits16, 5, false>;
+    const auto put_moving = wide ? put_frames<GalvoWord::bits18, 5, true> : put_frames<GalvoWord::bits16, 5, true>;
+    const auto put_line = wide ? put_frames<GalvoWord::bits18, 3, false> : put_frames<GalvoWord::bits16, 3, false>;
+    const auto put = split ? put_moving : put_fixed;
+    // Cubics with a moving stage would cost more flash than they save.
+    const auto put_cubic = split ? put_moving : put_line;
     const auto time_of = [&](std::size_t frame) noexcept {
         return t + exact_double(static_cast<std::int64_t>(frame)) * period;
     };
-    const bool split = path_.actuator == Actuator::split;
-    FrameLaw law{
-        field_,        {}, split, period, lead_.per_velocity / period, lead_.per_acceleration / (period * period),
-        field_.flat(), 0.0};
+    StageLaw stage;
+    FrameLaw law{field_,
+                 {metres(path_.anchor_x), metres(path_.anchor_y), metres(path_.anchor_z), 0.0},
+                 split ? &stage : nullptr,
+                 period,
+                 lead_.per_velocity / period,
+                 lead_.per_acceleration / (period * period),
+                 field_.flat(),
+                 0.0};
     const double per_tick = exact_double(machine_.galvo_period_ns) / exact_double(machine_.control_period_ns);
     const auto take_law = [&](bool next) noexcept {
         for (const std::size_t axis : {kX, kY, kZ}) {
             const motion::StageHistory::Cubic x = history_.law(axis, stage_late(axis), next);
-            law.stage[axis] = {x[0], x[1] * per_tick, x[2] * per_tick * per_tick,
-                               x[3] * per_tick * per_tick * per_tick};
+            stage[axis] = {x[0], x[1] * per_tick, x[2] * per_tick * per_tick, x[3] * per_tick * per_tick * per_tick};
         }
     };
     std::size_t stage_end = kGalvoFramesPerTick;
@@ -242,10 +251,6 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
         const double frames = motion::StageHistory::next_begins(stage_late(kX)) / per_tick;
         const auto whole = static_cast<std::size_t>(clamped(frames, 0.0, static_cast<double>(kGalvoFramesPerTick)));
         stage_end = whole + kLateFrames < kGalvoFramesPerTick ? whole + 1 : kGalvoFramesPerTick;
-    } else {
-        law.stage[kX][0] = metres(path_.anchor_x);
-        law.stage[kY][0] = metres(path_.anchor_y);
-        law.stage[kZ][0] = metres(path_.anchor_z);
     }
     motion::Cursor ahead = cursor_;
     std::size_t patch_end = field_.curved() ? 0 : kGalvoFramesPerTick;

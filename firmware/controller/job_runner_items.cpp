@@ -123,6 +123,9 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
     }
     traced_ = 0.0;
     stage_.open();
+    // By its smoothing and its latency.
+    stage_lag_ = static_cast<double>(begin.speed_um_s) * 1e-6 *
+                 (seconds(motion::kStageSmoothing) + exact_double(machine_.axis[kX].latency_ns) * 1e-9);
     has_way_ = dark_ = false;
     if (split && !(motion::StageHistory::readable(stage_late(kX)) && motion::StageHistory::readable(stage_late(kY)) &&
                    motion::StageHistory::readable(stage_late(kZ)))) {
@@ -160,22 +163,15 @@ void JobRunner::check_place(const motion::Place& place, std::uint32_t item) noex
     }
 }
 
-/// Path distance by which the stage can be behind its curve: by its smoothing and its latency.
-double JobRunner::stage_lag() const noexcept {
-    const double speed = static_cast<double>(path_.speed_um_s) * 1e-6;
-    return speed * (seconds(motion::kStageSmoothing) + exact_double(machine_.axis[kX].latency_ns) * 1e-9);
-}
-
 /// The mirrors' share of a place that the path reaches at `distance`, wherever the stage may be then: behind by its
 /// lag, or not at all after a hold.
 void JobRunner::check_reach(const motion::Place& place, double distance, std::uint32_t item) noexcept {
-    const double late = stage_lag();
     const double half = machine_.galvo.half_field.si() - motion::kFieldMargin;
     if (!stage_.reaches(distance + 0.5 * stage_.spacing())) {
         refuse(Refusal::bad_stage_curve, item, Axis::x, distance);
         return;
     }
-    for (const double back : {0.0, 0.5 * late, late}) {
+    for (const double back : {0.0, stage_lag_}) {
         const motion::StageCurve::Point stage = stage_.at(distance - back);
         if (!(absolute(place[kX] - stage[kX]) <= half)) {
             refuse(Refusal::galvo_out_of_field, item, Axis::x, place[kX] - stage[kX]);
@@ -189,9 +185,6 @@ void JobRunner::check_reach(const motion::Place& place, double distance, std::ui
 
 /// On from the last point of a split path, `length` far.
 void JobRunner::check_way(const motion::Place& to, double length, std::uint32_t item) noexcept {
-    if (path_.actuator != Actuator::split) {
-        return;
-    }
     // Between two samples the curve bends away from their chord by an eighth of a knot's share at most.
     const double parts = 1.0 + 2.0 * length / stage_.spacing();
     if (!(stage_.begun() && parts < static_cast<double>(kMostSamples + 1))) {
@@ -212,19 +205,14 @@ void JobRunner::check_way(const motion::Place& to, double length, std::uint32_t 
 
 void JobRunner::add_point(const PathPoint& point, std::uint32_t item) noexcept {
     const motion::Place place{metres(point.x), metres(point.y), metres(point.z), place_[kC]};
-    const motion::Place step = trajectory::minus(place, last_point_);
-    const double length = has_point_ ? trajectory::length3(step) : 0.0;
     check_place(place, item);
-    if (has_point_) {
-        check_way(place, length, item);
-    } else {
-        last_point_ = place;
-        check_way(place, 0.0, item);
+    if (path_.actuator == Actuator::split) {
+        last_point_ = has_point_ ? last_point_ : place;
+        check_way(place, trajectory::length3(trajectory::minus(place, last_point_)), item);
     }
-    if (length > 0.0) {
-        arrives_ = step;
-        has_way_ = true;
-    }
+    before_ = last_point_;
+    has_way_ = has_point_;
+    by_arc_ = false;
     last_point_ = place;
     last_point_item_ = item;
     has_point_ = true;
@@ -259,7 +247,7 @@ void JobRunner::add_arc(const PathArc& arc, std::uint32_t item) noexcept {
         }
     }
     arrives_ = shape.arrives;
-    has_way_ = true;
+    has_way_ = by_arc_ = true;
     last_point_ = to;
     last_point_item_ = item;
     motion_.add_arc(via, to, item);
@@ -271,7 +259,8 @@ void JobRunner::add_light(const PathLight& light, std::uint32_t item) noexcept {
         return;
     }
     dark_ = !light.on;
-    motion_.add_light(last_point_, arrives_, last_point_item_);
+    const motion::Place way = by_arc_ ? arrives_ : trajectory::minus(last_point_, before_);
+    motion_.add_light(last_point_, way, last_point_item_);
 }
 
 void JobRunner::add_curve(const StageCurve& curve, std::uint32_t item) noexcept {

@@ -66,6 +66,10 @@ double MarkStretches::crossing(const Boundary& boundary, const trajectory::Ring<
 }
 
 void MarkStretches::find(const trajectory::Ring<Piece>& pieces, std::uint32_t end) noexcept {
+    if (found_ == end_) {
+        scanned_ = end;
+        return;
+    }
     for (; scanned_ != end; ++scanned_) {
         while (found_ != end_ && pieces[scanned_].item >= boundaries_[found_ % kCapacity].item) {
             Boundary& boundary = boundaries_[found_ % kCapacity];

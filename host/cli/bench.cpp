@@ -28,7 +28,7 @@ constexpr const char* kExamples = R"(Examples:
       one JSON object; the trials as CSV in run1
   scribecell bench laser
       a plate of crosses, measured, fitted, and compared with the true head; then pitch, place and energy of single
-      pulses at up to 2 m/s, each again with what earns it switched off
+      pulses at up to 2 m/s, each again with what earns it switched off; 60 tiles by stage and mirrors together
   scribecell bench motion
       the trajectory planner on three workloads: time, limits, deviation, cost
   scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01

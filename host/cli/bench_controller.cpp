@@ -30,6 +30,7 @@ namespace {
 constexpr double kPrrHz = 200e3;
 constexpr double kChord = 0.5e-3;    // at 2 m/s: 4 000 points/s
 constexpr int kSpiralPoints = 4000;  // 1 s of marking, twice what the queue holds
+constexpr int kSplitPoints = 3640;   // lights in turns: they begin with dark and end with light
 constexpr double kWireUnits = 1e5;   // a millimetre
 const Vec3 kCentreMm{-250.0, -319.0, -390.0};
 
@@ -98,12 +99,42 @@ void add_dense_line(Job& job) {
     job.end();
 }
 
-Job workload() {
+/// Path 3: dense points at 1.9 m/s and a pulse each 10 µm, dark and lit in turns, while the stage goes along: a
+/// widening spiral that moves on at 95 mm/s.
+void add_split_spiral(Job& job) {
+    constexpr double kSpacing = 95.0;  // mm of path: 20 knots a second
+    constexpr double kDrift = 0.045;   // of the path's length
+    job.begin(path(3, Actuator::split, 1'900'000, 10'000));
+    job.add(StageCurve{95'000});
+    double angle = 0.0;
+    double length = 0.0;
+    int knots = 0;
+    for (int i = 0; i < kSplitPoints; ++i) {
+        const double radius = 11.0 + 3.0 * i / kSplitPoints;
+        length += i > 0 ? kChord * 1e3 : 0.0;
+        for (; knots < static_cast<int>((length + 5.0) / kSpacing + 0.5) + 4; ++knots) {
+            job.add(
+                StageKnot{wire(kCentreMm.x + kDrift * kSpacing * (knots - 1)), wire(kCentreMm.y), wire(kCentreMm.z)});
+        }
+        job.point(radius * std::cos(angle) + kDrift * length, radius * std::sin(angle));
+        angle += kChord * 1e3 / radius;
+        if (i % 40 == 20 && i + 40 < kSplitPoints) {
+            job.add(PathLight{i % 80 != 20});
+        }
+    }
+    job.end();
+}
+
+Job workload(bool split) {
     Job job;
     job.add(Turn{0});
-    add_spiral(job);
-    add_zigzag(job);
-    add_dense_line(job);
+    if (split) {
+        add_split_spiral(job);
+    } else {
+        add_spiral(job);
+        add_zigzag(job);
+        add_dense_line(job);
+    }
     job.add(JobEnd{});
     return job;
 }
@@ -182,7 +213,8 @@ Rates rates_of(const std::filesystem::path& commands) {
 }  // namespace
 
 std::vector<Figure> bench_controller(const BenchOptions& options) {
-    const Job job = workload();
+    const Job job = workload(false);
+    const Job split_job = workload(true);
     const std::optional<std::filesystem::path> root = find_project_root();
     if (!root) {
         throw CellError("the project's files are not beside this program: set SCRIBECELL_ROOT to its folder");
@@ -192,12 +224,18 @@ std::vector<Figure> bench_controller(const BenchOptions& options) {
     const std::filesystem::path log = folder.path() / "controller.rec";
     const nlohmann::json board = run_on("m7", job, calibration, options, folder.path() / "m7", log);
     const nlohmann::json pc = run_on("sim", job, calibration, options, folder.path() / "sim", std::nullopt);
+    const nlohmann::json split =
+        run_on("m7", split_job, calibration, options, folder.path() / "m7_split", std::nullopt);
+    const nlohmann::json split_pc =
+        run_on("sim", split_job, calibration, options, folder.path() / "sim_split", std::nullopt);
     const nlohmann::json again = replay(log, folder.path() / "replay");
     const Rates rates = rates_of(folder.path() / "replay" / "commands.csv");
     const nlohmann::json& all = board.at("figures").at("instructions");
     const nlohmann::json& marking = board.at("figures").at("instructions_marking");
     const auto hash_of = [](const nlohmann::json& run) { return run.at("command_trace_sha256").get<std::string>(); };
-    const bool hashes_equal = hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again);
+    const bool hashes_equal =
+        hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again) && hash_of(split) == hash_of(split_pc);
+    const nlohmann::json& split_marking = split.at("figures").at("instructions_marking");
     const auto count = [](const nlohmann::json& figures, const char* name) {
         return figures.at(name).at("count").get<double>();
     };
@@ -205,6 +243,8 @@ std::vector<Figure> bench_controller(const BenchOptions& options) {
             {"servo_instructions_max_any", count(all, "servo_max"), ""},
             {"plan_instructions_per_point", all.at("plan_total").get<double>() / job.points(), ""},
             {"tick_instructions_max", count(marking, "tick_max"), ""},
+            {"split_servo_instructions_max", count(split_marking, "servo_max"), ""},
+            {"split_tick_instructions_max", count(split_marking, "tick_max"), ""},
             {"points_per_s", rates.points, "1/s"},
             {"pulses_per_s", rates.pulses, "1/s"},
             {"hashes_equal", hashes_equal ? 1.0 : 0.0, ""},

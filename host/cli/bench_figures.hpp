@@ -50,12 +50,15 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// The galvo's field correction, from a plate burnt in the simulated cell and measured with σ 7.5 µm, judged by the
 /// world's own rays over 110 mm and ± 1 mm of depth (scribecell-field-truth). Figures: field_residual_rms_um,
 /// field_residual_max_um, the same noise-free, and field_without_depth_max_um: the correction in two dimensions only.
-/// Then those of bench_pulses. `raw`: the plate's files, pulses.csv (one row a run) and each run's traces.
+/// Then those of bench_pulses and bench_split. `raw`: the plate's files, pulses.csv (one row a run) and each run's
+/// traces.
 [[nodiscard]] std::vector<Figure> bench_laser(const BenchOptions& options);
 
 /// What the controller costs on a Cortex-M7, in instructions, and whether its bits are the same everywhere. One job at
 /// 4 000 points/s and 200 kHz, ramps, corners and a dense line, run three times: on the board m7 (recorded), on this
-/// PC, and as a replay of the recording. Figures: servo_instructions_max, tick_instructions_max (marking ticks),
+/// PC, and as a replay of the recording; and a path of stage and mirrors together (split_*), on the board and on this
+/// PC. Figures: servo_instructions_max, tick_instructions_max (marking ticks), split_servo_instructions_max,
+/// split_tick_instructions_max,
 /// servo_instructions_max_any (all ticks), plan_instructions_per_point (all planning over all points), points_per_s and
 /// pulses_per_s of the fastest path, hashes_equal, replay_equal, pc_ticks_per_s. `raw`: the board's cell.json, the
 /// recording, and the replay's commands.csv and ticks.csv.

@@ -31,21 +31,21 @@ public:
 
     void begin_at(const Vec3& place, const Vec3& direction) {
         length_ = run_up(direction);
-        sample(place - length_ * direction, 0.0);
-        sample(place, length_);
+        sample(place - length_ * direction, 0.0, false);
+        sample(place, length_, true);
         items_.push_back({wire_point(place), length_});
         at_ = place;
     }
     void light(bool on) { items_.push_back({PathLight{on}, length_}); }
-    void straight(const Vec3& to, bool dark) {
+    void jump(const Vec3& to) {
         const double whole = norm(to - at_);
-        go({at_, to, std::nullopt, 0}, whole);
-        dark_ += dark ? whole : 0.0;
+        go({at_, to, std::nullopt, 0}, whole, false);
+        dark_ += whole;
     }
-    void mark(const Piece& piece) { go(piece, piece.length()); }
+    void mark(const Piece& piece) { go(piece, piece.length(), true); }
     void end_at(const Vec3& direction) {
         const double run_out = run_up(direction);
-        sample(at_ + run_out * direction, length_ + run_out);
+        sample(at_ + run_out * direction, length_ + run_out, false);
         length_ += run_out;
     }
     /// Length of the dark stretch before and behind a line.
@@ -65,8 +65,8 @@ private:
     [[nodiscard]] double run_up(const Vec3& direction) const {
         return speed_up_distance(rules_.speed, limits_along(direction, settings_.actuator, machine_));
     }
-    void sample(const Vec3& place, double distance) { places_.push_back({distance, place}); }
-    void go(const Piece& piece, double whole) {
+    void sample(const Vec3& place, double distance, bool marked) { places_.push_back({distance, place, marked}); }
+    void go(const Piece& piece, double whole, bool marked) {
         int parts = split_ ? static_cast<int>(std::ceil(whole / (kLongestItem * rules_.spacing))) : 1;
         if (piece.circle) {
             // The middle as via keeps the circle best through rounding; almost a whole circle is two arcs for its sake.
@@ -85,7 +85,7 @@ private:
         const auto samples = static_cast<int>(std::ceil(whole / (kSampleSpacing * rules_.spacing)));
         for (int i = 1; i <= std::max(samples, 1); ++i) {
             const double share = static_cast<double>(i) / std::max(samples, 1);
-            sample(piece.at(share), length_ - whole * (1.0 - share));
+            sample(piece.at(share), length_ - whole * (1.0 - share), marked);
         }
         at_ = piece.to;
     }
@@ -112,9 +112,9 @@ void walk_all(Walk& walk, std::span<const Stroke3> strokes) {
         } else {
             const Vec3 before = start - walk.turn(first) * first;
             if (norm(before - walk.at()) > kNoJump) {
-                walk.straight(before, true);
+                walk.jump(before);
             }
-            walk.straight(start, true);
+            walk.jump(start);
             walk.light(true);
         }
         for (const Piece& piece : stroke) {
@@ -122,7 +122,7 @@ void walk_all(Walk& walk, std::span<const Stroke3> strokes) {
         }
         if (i + 1 < strokes.size()) {
             walk.light(false);
-            walk.straight(walk.at() + walk.turn(last) * last, true);
+            walk.jump(walk.at() + walk.turn(last) * last);
         } else {
             walk.end_at(last);
         }

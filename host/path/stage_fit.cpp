@@ -59,18 +59,22 @@ struct Rows {
     Vector pull;
 };
 
-Rows rows_of(std::span<const StagePlace> places, std::size_t axis, std::size_t count, const StageRules& rules) {
-    const double unit = rules.reach[axis];
+/// `unit`: of the unknowns, and the reach where it is marked.
+Rows rows_of(std::span<const StagePlace> places, std::size_t axis, std::size_t count, const StageRules& rules,
+             double unit, double origin) {
     std::vector<Entry> entries;
     Rows rows;
     std::vector<double> due;
     for (const StagePlace& place : places) {
         for (const double back : {0.0, rules.lag}) {
             const Weights at = weights_at(place.distance - back, rules.spacing, count);
+            // The window of depth is for what is marked on the way; right behind a hold the reach must do.
+            const double reach = place.marked && back > 0.0 ? unit : rules.reach[axis];
             for (std::size_t i = 0; i < 4; ++i) {
-                entries.emplace_back(static_cast<int>(due.size()), static_cast<int>(at.first + i), at.w[i]);
+                entries.emplace_back(static_cast<int>(due.size()), static_cast<int>(at.first + i),
+                                     at.w[i] * unit / reach);
             }
-            due.push_back(place.place[axis] / unit);
+            due.push_back((place.place[axis] - origin) / reach);
             rows.distance.push_back(place.distance);
         }
     }
@@ -102,7 +106,7 @@ Rows rows_of(std::span<const StagePlace> places, std::size_t axis, std::size_t c
             ++row;
         }
     }
-    const double middle = 0.5 * (rules.low[axis] + rules.high[axis]);
+    const double middle = 0.5 * (rules.low[axis] + rules.high[axis]) - origin;
     const double span = 0.5 * (rules.high[axis] - rules.low[axis]);
     const auto first_travel = static_cast<Eigen::Index>(row);
     for (std::size_t i = 0; i < count; ++i) {
@@ -241,10 +245,28 @@ StageFit fit_stage(std::span<const StagePlace> places, std::size_t count, const 
     StageFit fit;
     fit.control.resize(count);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Rows rows = rows_of(places, axis, count, rules);
-        const Solved solved = solve(rows);
+        double origin = 0.0;
+        for (const StagePlace& place : places) {
+            origin += place.place[axis] / static_cast<double>(places.size());
+        }
+        std::vector<double> units{rules.reach[axis]};
+        if (axis == index(Axis::y)) {
+            units.insert(units.begin(), kDepthWindows.begin(), kDepthWindows.end());
+        }
+        Rows rows;
+        Solved solved;
+        double unit = 0.0;
+        for (const double tried : units) {
+            unit = tried;
+            rows = rows_of(places, axis, count, rules, unit, origin);
+            solved = solve(rows);
+            if (solved.worst <= 1.0 + kStageSlack) {
+                break;
+            }
+        }
+        fit.depth_window = axis == index(Axis::y) ? unit : fit.depth_window;
         for (std::size_t i = 0; i < count; ++i) {
-            const double value = rules.reach[axis] * solved.x[static_cast<int>(i)];
+            const double value = origin + unit * solved.x[static_cast<int>(i)];
             (axis == 0 ? fit.control[i].x : axis == 1 ? fit.control[i].y : fit.control[i].z) = value;
         }
         if (solved.worst > fit.worst) {

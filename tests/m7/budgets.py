@@ -15,6 +15,8 @@ NEEDED = {
     "servo_instructions_max_any",
     "plan_instructions_per_point",
     "tick_instructions_max",
+    "split_servo_instructions_max",
+    "split_tick_instructions_max",
     "points_per_s",
     "pulses_per_s",
     "hashes_equal",

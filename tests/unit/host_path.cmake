@@ -10,3 +10,6 @@ sc_test(host_path_job_plan_test LABEL unit
 sc_test(host_path_line_job_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/path/line_job_test.cpp
   DEPS host_path)
+sc_test(host_path_split_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/path/split_path_test.cpp
+  DEPS host_path)

@@ -291,6 +291,24 @@ TEST(Split, TheSameCommandsWhateverTheOverrideHoldsAndBlocksAreAndNoneAboveWhatT
     EXPECT_NEAR(static_cast<double>(ticks[2]) / static_cast<double>(ticks[0]), 1.0, 0.02);
 }
 
+TEST(Split, TheCommandsDependOnThePathAloneNotOnHowItCame) {
+    const Comb comb{.lines = 12};
+    std::vector<std::string> hashes;
+    for (const std::size_t items : {std::size_t{255}, std::size_t{1}, std::size_t{7}}) {
+        CellRig::Options options = options_with_rate();
+        options.items_per_block = items;
+        CellRig rig(options);
+        rig.make_ready();
+        ASSERT_EQ(rig.open_job(comb.items()).refusal, 0);
+        ASSERT_EQ(rig.command(link::Verb::start).refusal, 0);
+        ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }, 60'000));
+        EXPECT_EQ(rig.path_pulses().size(), pulses_of(comb));
+        hashes.push_back(rig.command_hash());
+    }
+    EXPECT_EQ(hashes[1], hashes[0]);
+    EXPECT_EQ(hashes[2], hashes[0]);
+}
+
 TEST(Split, GoesOnAfterStarvation) {
     const Comb comb;
     JudgedRun run;
