@@ -278,8 +278,8 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     }
     motion_.forget_before(t - lag - seconds(2), next_distance());
     const bool split = path_.actuator == Actuator::split;
-    const bool drained =
-        t > motion_.end_time() + lag + seconds(kDrainTicks) && (!split || (stage_follower_.settled() && history_.stands()));
+    const bool drained = t > motion_.end_time() + lag + seconds(kDrainTicks) &&
+                         (!split || (stage_follower_.settled() && history_.stands()));
     if (motion_.stopped() && drained) {
         at_rest_ = true;
     } else if (motion_.complete() && drained) {
