@@ -212,7 +212,7 @@ struct SetPowerCurve {
 /// How the mirrors follow, as measured (shared/machine GalvoLag); all zero: the machine's own figures. Answered by
 /// CommandReply, `detail` what is out of range (`fault_of`); refused while anything moves.
 struct SetGalvoLag {
-    static constexpr std::uint8_t kId = 13;
+    static constexpr std::uint8_t kId = 14;
     static constexpr std::string_view kName = "set_galvo_lag";
     std::uint32_t sequence = 0;
     std::uint32_t latency_ns = 0;
