@@ -106,7 +106,8 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
         spec.speed = smaller(spec.speed, machine_.laser.guide_speed_max.si());
     }
     traced_ = 0.0;
-    placer_.open(pulses);
+    placer_.open(pulses, pulses_done_);
+    pulses_done_ = 0;
     motion_.set_override(override_share());
     if (!motion_.open(spec)) {
         refuse(Refusal::bad_speed, item, Axis::x, spec.speed);

@@ -62,8 +62,9 @@ void FiringRule::turn_round(const PowerCurve& curve, double energy, double prr_n
 
 Firing firing_at(double speed, const PulseSpec& spec) noexcept { return FiringRule(spec).at(speed, 1); }
 
-void PulsePlacer::open(const PulseSpec& spec) noexcept {
+void PulsePlacer::open(const PulseSpec& spec, std::uint32_t done) noexcept {
     *this = PulsePlacer{};
+    next_ = done;
     spec_ = spec;
     rule_ = FiringRule(spec);
     pitch_pm_ = nearest(spec.pitch * kPmPerMetre);
