@@ -13,6 +13,7 @@ Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const En
       boot_id_(boot_id),
       control_period_ns_(std::max<std::int64_t>(machine.control_period_ns, 1)),
       items_per_tick_(options.items_per_tick),
+      newest_minor_(options.newest_minor),
       stream_(options.rules) {
     serialise(machine, config_);
     config_crc_ = crc32(config_);
@@ -56,7 +57,7 @@ Refusal Endpoint::judge(const Hello& hello) const noexcept {
     if (hello.major != kProtocolMajor) {
         return Refusal::version_mismatch;
     }
-    if (!minor_of(hello.schema)) {
+    if (minor_of(hello.schema).value_or(0xFF) > newest_minor_) {
         return Refusal::schema_mismatch;
     }
     if (hello.heartbeat_timeout_ms < kShortestTimeoutMs || hello.heartbeat_timeout_ms > kLongestTimeoutMs) {
@@ -92,7 +93,7 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
     }
     HelloReply reply;
     // To a peer that is refused: the newest that is spoken here, so that it may choose an older one.
-    const std::uint8_t minor = refusal == Refusal::none ? minor_ : kProtocolMinor;
+    const std::uint8_t minor = refusal == Refusal::none ? minor_ : newest_minor_;
     reply.schema = kSchemaHashes[minor];
     reply.minor = minor;
     reply.refusal = static_cast<std::uint16_t>(refusal);

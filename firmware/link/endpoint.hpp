@@ -63,6 +63,7 @@ struct LinkCounters {
 struct EndpointOptions {
     StreamRules rules;
     std::uint32_t items_per_tick = 6;  ///< of the job that are read: half more than 4 000 points/s
+    std::uint8_t newest_minor = kProtocolMinor;  ///< 0: speaks as version 1.0 did
 };
 
 /// The controller's end of the link, serial carrier (COBS frames; docs/link.md has the rules). It holds the session,
@@ -188,6 +189,7 @@ private:
     std::uint32_t boot_id_;
     std::int64_t control_period_ns_;
     std::uint32_t items_per_tick_;
+    std::uint8_t newest_minor_;
     std::int64_t tick_ = 0;
 
     SerialReceiver receiver_;

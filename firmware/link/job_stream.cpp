@@ -14,7 +14,7 @@ void JobStream::begin(std::uint64_t job, std::uint32_t items, const Start& start
     job_ = job;
     items_ = items;
     received_ = start.first;
-    last_count_ = kFirstCount;
+    largest_count_ = 0;
     drop_kept();
     open_ = true;
     hash_ok_ = false;
@@ -126,7 +126,7 @@ void JobStream::keep(const BlockView& block) noexcept {
     }
     order_[place] = slot;
     ++kept_size_;
-    last_count_ = block.count > 0 ? block.count : last_count_;
+    largest_count_ = std::max(largest_count_, block.count);
 }
 
 void JobStream::drop(std::size_t place) noexcept {
@@ -171,7 +171,7 @@ std::size_t JobStream::missing(std::span<Gap> out) const noexcept {
 std::uint32_t JobStream::window() const noexcept {
     const auto room = static_cast<std::uint32_t>(queue_.free());
     const auto blocks = static_cast<std::uint32_t>(kKept - kept_size_);
-    return std::min(room, kept_end_ - received_ + blocks * last_count_);
+    return std::min(room, kept_end_ - received_ + blocks * (largest_count_ > 0 ? largest_count_ : kFirstCount));
 }
 
 // --- items

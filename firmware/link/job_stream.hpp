@@ -68,7 +68,7 @@ public:
     /// The first gaps, as many as fit; how many. None while there is no room to keep what would fill them.
     [[nodiscard]] std::size_t missing(std::span<Gap> out) const noexcept;
     /// Items from `received` on that the host may send: what the queue takes, and no more than the room for blocks
-    /// takes if those to come hold as many items as the last one.
+    /// takes if those to come hold as many items as the largest so far.
     [[nodiscard]] std::uint32_t window() const noexcept;
 
     [[nodiscard]] ItemQueue& items() noexcept { return queue_; }
@@ -117,7 +117,7 @@ private:
     std::array<std::uint8_t, kKept> order_{};  ///< places in kept_: those in use first, by their first item; then the free
     std::size_t kept_size_ = 0;
     std::uint32_t kept_end_ = 0;  ///< every item below has been received or is kept
-    std::uint8_t last_count_ = kFirstCount;
+    std::uint8_t largest_count_ = 0;  ///< items of a block of this job
     BlockReader reader_{{}, 0};   ///< of the first that is kept, while `reading_`
     std::uint32_t reading_item_ = 0;
     bool reading_ = false;

@@ -227,7 +227,7 @@ Session::Standing Session::look(const StreamJob& job, const std::optional<JobPro
     const bool done = client_->status() && (client_->status()->flags & link::kFlagJobDone) != 0;
     if (in_memory && live) {
         standing.kind = Standing::Kind::under_way;
-    } else if (in_memory && (done || standing.place.certain.fired == items)) {
+    } else if ((in_memory && done) || standing.place.certain.fired == items) {
         standing.kind = Standing::Kind::done;
     }
     return standing;

@@ -103,7 +103,8 @@ std::uint32_t Streamer::window_end() const {
 void Streamer::send_window() {
     const std::uint32_t end = window_end();
     const bool again = sent_ < progress_.sent;
-    const bool worth_it = end == job_.items.size() || end - std::min(sent_, end) >= widest_ / kWindowParts;
+    const bool idle = sent_ == received_;
+    const bool worth_it = idle || end == job_.items.size() || end - std::min(sent_, end) >= widest_ / kWindowParts;
     if (sent_ >= end || !(again || worth_it)) {
         return;
     }

@@ -114,7 +114,8 @@ void CellEnd::burn(std::int64_t tick) {
             done_ = true;
             state_ = State::armed;
         }
-        if (!(std::holds_alternative<PathPoint>(item) && skip_ > 0)) {
+        const bool burnt_point = std::holds_alternative<PathPoint>(item) && record_.pulses > 0 && skip_ == 0;
+        if (burnt_point || (!std::holds_alternative<PathPoint>(item) && !std::holds_alternative<PathBegin>(item))) {
             record_.fired = endpoint_->received() - static_cast<std::uint32_t>(endpoint_->items().size());
         }
     }
@@ -145,7 +146,8 @@ void CellEnd::tick(std::int64_t tick, std::span<const std::uint8_t> in, std::vec
         link::Status status;
         status.cell_time_us = static_cast<std::uint64_t>(tick) * 1000;
         status.state = static_cast<std::uint8_t>(state_);
-        status.flags = static_cast<std::uint8_t>((homed_ ? link::kFlagHomed : 0U) | (done_ ? link::kFlagJobDone : 0U));
+        status.flags = static_cast<std::uint8_t>((homed_ ? unsigned{link::kFlagHomed} : 0U) |
+                                                 (done_ ? unsigned{link::kFlagJobDone} : 0U));
         endpoint_->status(status);
     }
     std::array<std::uint8_t, 1024> bytes{};
