@@ -21,6 +21,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/cli/bench_figures.hpp"
 #include "host/cli/run_folder.hpp"
+#include "host/formats/file.hpp"
 #include "host/formats/pulse_trace.hpp"
 
 namespace sc::host::cli {
@@ -47,6 +48,7 @@ public:
     LastingCellProcess(const fs::path& folder, const std::string& out, const Trial& trial, int start)
         : socket_(folder / "socket"), trace_(folder / out / "pulses.trace"), cell_(required_program("scribecell-cell"),
           {"--lockstep", socket_.string(), "--out", (folder / out).string(), "--memory", (folder / "retained.bin").string(),
+           "--world", (folder.parent_path() / "world.toml").string(),
            "--seed", std::to_string(start), "--kill-host-at", fmt::format("{:.6f}", trial.kill_host_s),
            "--kill-delay-us", std::to_string(trial.kill_delay_us), "--power-off-at",
            fmt::format("{:.6f}", trial.power_off_s), "--gap", fmt::format("{:.3f}", trial.gap_s)}) {
@@ -122,6 +124,7 @@ Difference compare(const Pulses& pulses, const Pulses& truth, std::size_t before
 class ResumeBench {
 public:
     ResumeBench(const BenchOptions& options) : folder_(options.raw), random_(options.seed) {
+        write_world(*find_project_root() / "boards/sim/world/default");
         const fs::path place = fresh("undisturbed");
         LastingCellProcess cell(place, "cell", {}, 1);
         if (scribe(cell, place, {}) != 0) {
@@ -168,6 +171,18 @@ private:
     double even(double low, double high) {
         const double share = static_cast<double>(random_() >> 11U) * 0x1p-53;
         return low + share * (high - low);
+    }
+    /// The first pulses after the dark are stronger in the reference cell: that is the source's, not the job's.
+    void write_world(const fs::path& reference) const {
+        const std::string key = "first_pulse_excess = 0.12";
+        std::string text = read_text_file(reference / "world.toml");
+        const std::size_t at = text.find(key);
+        if (at == std::string::npos) {
+            throw CellError("the reference cell's world has no line '" + key + "': this benchmark must follow it");
+        }
+        text.replace(at, key.size(), "first_pulse_excess = 0.0");
+        write_text_file(folder_.path() / "world.toml", text);
+        fs::copy_file(reference / "workpiece.obj", folder_.path() / "workpiece.obj", fs::copy_options::overwrite_existing);
     }
     fs::path fresh(const std::string& name) {
         if (stop_requested()) {
