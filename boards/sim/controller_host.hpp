@@ -34,8 +34,8 @@ public:
 };
 
 /// `retained` is the memory that the cell keeps without power; it outlives the controller.
-using MakeController = std::function<std::unique_ptr<ControllerHost>(
-    const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained)>;
+using MakeController = std::function<std::unique_ptr<ControllerHost>(const MachineConfig& machine,
+                                                                     std::uint32_t boot_id, RetainedMemory* retained)>;
 
 /// The controller in this process.
 class LocalController final : public ControllerHost {

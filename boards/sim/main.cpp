@@ -192,8 +192,7 @@ int run(const Arguments& a) {
         cell.run_out();
     } else if (!a.lockstep_at.empty()) {
         const auto ns = [](double seconds) { return static_cast<std::int64_t>(seconds * 1e9); };
-        const sc::sim::LockStepTroubles troubles{
-            ns(a.kill_host_s), a.kill_delay_us, ns(a.power_off_s), ns(a.gap_s)};
+        const sc::sim::LockStepTroubles troubles{ns(a.kill_host_s), a.kill_delay_us, ns(a.power_off_s), ns(a.gap_s)};
         if (sc::sim::serve_lock_step(cell, a.lockstep_at, troubles, &stop_asked)) {
             cell.run_out();
         }

@@ -77,8 +77,8 @@ public:
     void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
 
     /// `preview`: no pulses, and paths no faster than the guide laser may go.
-    /// Begun in its midst, the first path is run from its beginning, dark up to the first pulse that is not yet done: so
-    /// each of the others is where, and as, it would have been.
+    /// Begun in its midst, the first path is run from its beginning, dark up to the first pulse that is not yet done:
+    /// so each of the others is where, and as, it would have been.
     void start_job(bool preview = false, const JobStart& start = {}) noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
     void start_jog(Axis axis, double distance, double speed) noexcept;

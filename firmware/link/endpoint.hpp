@@ -62,7 +62,7 @@ struct LinkCounters {
 /// What differs from a controller's link when the link itself is measured.
 struct EndpointOptions {
     StreamRules rules;
-    std::uint32_t items_per_tick = 6;  ///< of the job that are read: half more than 4 000 points/s
+    std::uint32_t items_per_tick = 6;            ///< of the job that are read: half more than 4 000 points/s
     std::uint8_t newest_minor = kProtocolMinor;  ///< 0: speaks as version 1.0 did
 };
 
@@ -133,8 +133,8 @@ public:
     [[nodiscard]] std::int64_t last_heard() const noexcept { return last_heard_; }
 
     /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, gaps, position,
-    /// status, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything through
-    /// in time (a chunk of configuration shrinks to the room).
+    /// status, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything
+    /// through in time (a chunk of configuration shrinks to the room).
     std::size_t transmit(std::span<std::uint8_t> out) noexcept;
 
     [[nodiscard]] LinkCounters counters() const noexcept;

@@ -17,8 +17,9 @@ namespace sc::link {
 
 /// What is left out to show what it earns (scribecell bench link); a controller has all of it.
 struct StreamRules {
-    bool keeps_ahead = true;    ///< false: a block behind a gap is dropped, and all behind the gap comes again (go-back-n)
-    bool checks_index = true;   ///< false: items are taken as they come
+    bool keeps_ahead =
+        true;  ///< false: a block behind a gap is dropped, and all behind the gap comes again (go-back-n)
+    bool checks_index = true;  ///< false: items are taken as they come
 };
 
 /// The receiving end of one job's items. An item is stored if and only if it is the next one wanted and there is room,
@@ -114,11 +115,12 @@ private:
     std::uint32_t items_ = 0;
     std::uint32_t received_ = 0;
     std::array<Kept, kKept> kept_{};
-    std::array<std::uint8_t, kKept> order_{};  ///< places in kept_: those in use first, by their first item; then the free
+    std::array<std::uint8_t, kKept>
+        order_{};  ///< places in kept_: those in use first, by their first item; then the free
     std::size_t kept_size_ = 0;
-    std::uint32_t kept_end_ = 0;  ///< every item below has been received or is kept
+    std::uint32_t kept_end_ = 0;      ///< every item below has been received or is kept
     std::uint8_t largest_count_ = 0;  ///< items of a block of this job
-    BlockReader reader_{{}, 0};   ///< of the first that is kept, while `reading_`
+    BlockReader reader_{{}, 0};       ///< of the first that is kept, while `reading_`
     std::uint32_t reading_item_ = 0;
     bool reading_ = false;
     std::uint32_t items_repeated_ = 0;

@@ -51,8 +51,8 @@ public:
     void set_map(const AxisMap& map);
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
-    /// Opens a job that has been burnt in part; `sequence` is filled in. Throws CellRefused with unknown_command when the
-    /// controller speaks minor version 0, which has no such thing.
+    /// Opens a job that has been burnt in part; `sequence` is filled in. Throws CellRefused with unknown_command when
+    /// the controller speaks minor version 0, which has no such thing.
     void resume_job(link::JobResume resume);
     /// How far the controller knows the last job to have come. nullopt when it speaks minor version 0.
     [[nodiscard]] std::optional<link::Position> position();

@@ -78,7 +78,8 @@ std::unique_ptr<Transport> open_lock_step(const std::string& path, const LinkOpt
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
     if (path.size() >= sizeof(address.sun_path)) {
-        throw InputError({.file = path, .problem = "is too long for a socket's path", .value = {}, .action = "use a shorter one"});
+        throw InputError(
+            {.file = path, .problem = "is too long for a socket's path", .value = {}, .action = "use a shorter one"});
     }
     path.copy(static_cast<char*>(address.sun_path), sizeof(address.sun_path) - 1);
     UniqueFd socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));

@@ -58,7 +58,8 @@ std::optional<FiredPlace> read_place(const std::string& word) {
     unsigned pass = 0;
     const auto number = [&](auto& value, char separator) {
         const auto [next, error] = std::from_chars(at, end, value);
-        const bool good = error == std::errc{} && next != at && (separator == 0 ? next == end : next != end && *next == separator);
+        const bool good =
+            error == std::errc{} && next != at && (separator == 0 ? next == end : next != end && *next == separator);
         at = good && separator != 0 ? next + 1 : next;
         return good;
     };
@@ -158,7 +159,8 @@ FiredPlace confirmed_place(std::span<const Item> items, const KnownPlace& known,
     };
     const std::string form = "say unburnt, burnt, or PATH/PASS/PULSES as counted on the part";
     if (word == "burnt") {
-        refuse("the journal alone cannot tell where that stretch ends", "say PATH/PASS/PULSES as counted on the part, or unburnt");
+        refuse("the journal alone cannot tell where that stretch ends",
+               "say PATH/PASS/PULSES as counted on the part, or unburnt");
     }
     auto place = read_place(word);
     if (!place) {
@@ -170,9 +172,8 @@ FiredPlace confirmed_place(std::span<const Item> items, const KnownPlace& known,
     }
     place->fired = path->begin;
     const bool before = order_of(items, *place) < order_of(items, known.certain);
-    const bool behind = known.source == PlaceSource::journal
-                            ? path->begin >= known.reached.fired
-                            : order_of(items, *place) > order_of(items, known.reached);
+    const bool behind = known.source == PlaceSource::journal ? path->begin >= known.reached.fired
+                                                             : order_of(items, *place) > order_of(items, known.reached);
     if (before || behind) {
         refuse("this is outside the uncertain stretch, " + describe_uncertain(items, known), form);
     }

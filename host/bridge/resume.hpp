@@ -57,8 +57,8 @@ struct ResumePoint {
 /// "pulses 812 to 816 of path 3, pass 0 (0.08 mm)": the stretch between the two places, for a person.
 [[nodiscard]] std::string describe_uncertain(std::span<const Item> items, const KnownPlace& known);
 
-/// What a person has found on the part: "burnt" or "unburnt", said of the whole stretch, or PATH/PASS/PULSES as counted.
-/// Throws InputError for anything else, and for a place outside the stretch.
+/// What a person has found on the part: "burnt" or "unburnt", said of the whole stretch, or PATH/PASS/PULSES as
+/// counted. Throws InputError for anything else, and for a place outside the stretch.
 [[nodiscard]] FiredPlace confirmed_place(std::span<const Item> items, const KnownPlace& known, const std::string& word);
 
 }  // namespace sc::host

@@ -31,8 +31,8 @@ struct StreamJob {
 
 /// Streams the items of an opened job: blocks within the controller's window, each item as often as the carrier needs
 /// and taken exactly once (the controller counts; its `received` is the only truth). What the cell has missed is sent
-/// again, alone; with a controller of minor version 0, which cannot tell, everything from there on. What is about to be sent is
-/// written to the journal first, so that after any crash the journal's `sent` bounds what can have been burnt.
+/// again, alone; with a controller of minor version 0, which cannot tell, everything from there on. What is about to be
+/// sent is written to the journal first, so that after any crash the journal's `sent` bounds what can have been burnt.
 class Streamer {
 public:
     Streamer(CellClient& client, const StreamJob& job, const StreamOptions& options, Journal* journal);

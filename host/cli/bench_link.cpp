@@ -46,12 +46,14 @@ struct Trial {
 class LastingCellProcess {
 public:
     LastingCellProcess(const fs::path& folder, const std::string& out, const Trial& trial, int start)
-        : socket_(folder / "socket"), trace_(folder / out / "pulses.trace"), cell_(required_program("scribecell-cell"),
-          {"--lockstep", socket_.string(), "--out", (folder / out).string(), "--memory", (folder / "retained.bin").string(),
-           "--world", (folder.parent_path() / "world.toml").string(),
-           "--seed", std::to_string(start), "--kill-host-at", fmt::format("{:.6f}", trial.kill_host_s),
-           "--kill-delay-us", std::to_string(trial.kill_delay_us), "--power-off-at",
-           fmt::format("{:.6f}", trial.power_off_s), "--gap", fmt::format("{:.3f}", trial.gap_s)}) {
+        : socket_(folder / "socket"),
+          trace_(folder / out / "pulses.trace"),
+          cell_(required_program("scribecell-cell"),
+                {"--lockstep", socket_.string(), "--out", (folder / out).string(), "--memory",
+                 (folder / "retained.bin").string(), "--world", (folder.parent_path() / "world.toml").string(),
+                 "--seed", std::to_string(start), "--kill-host-at", fmt::format("{:.6f}", trial.kill_host_s),
+                 "--kill-delay-us", std::to_string(trial.kill_delay_us), "--power-off-at",
+                 fmt::format("{:.6f}", trial.power_off_s), "--gap", fmt::format("{:.3f}", trial.gap_s)}) {
         constexpr int kLooks = 2000;
         for (int i = 0; i < kLooks && !fs::exists(socket_); ++i) {
             std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -74,7 +76,8 @@ private:
 };
 
 int scribe(const LastingCellProcess& cell, const fs::path& folder, const std::vector<std::string>& more) {
-    std::vector<std::string> words{"scribe", "--face", "0", "--link", cell.url(), "--journal", (folder / "journal.sqlite").string()};
+    std::vector<std::string> words{
+        "scribe", "--face", "0", "--link", cell.url(), "--journal", (folder / "journal.sqlite").string()};
     words.insert(words.end(), more.begin(), more.end());
     return run_program(required_program("scribecell"), words, ProgramErrors::dropped).exit_code;
 }
@@ -83,8 +86,8 @@ int scribe(const LastingCellProcess& cell, const fs::path& folder, const std::ve
 struct Difference {
     std::int64_t missing = 0;
     std::int64_t doubled = 0;
-    double place_um = 0.0;       ///< worst pulse, on the part
-    double seam_um = 0.0;        ///< worst distance between neighbours
+    double place_um = 0.0;  ///< worst pulse, on the part
+    double seam_um = 0.0;   ///< worst distance between neighbours
     double energy_pct = 0.0;
 };
 
@@ -133,7 +136,8 @@ public:
         truth_ = cell.end();
         seconds_ = static_cast<double>(truth_.back().t_ns) * 1e-9;
         table_.open(folder_.path() / "resume.csv");
-        table_ << "trial,kill_s,gap_s,power_off_s,first_exit,last_exit,pulses,missing,doubled,place_um,seam_um,energy_pct\n";
+        table_ << "trial,kill_s,gap_s,power_off_s,first_exit,last_exit,pulses,missing,doubled,place_um,seam_um,energy_"
+                  "pct\n";
     }
 
     void add_to(std::vector<Figure>& figures) {
@@ -182,7 +186,8 @@ private:
         }
         text.replace(at, key.size(), "first_pulse_excess = 0.0");
         write_text_file(folder_.path() / "world.toml", text);
-        fs::copy_file(reference / "workpiece.obj", folder_.path() / "workpiece.obj", fs::copy_options::overwrite_existing);
+        fs::copy_file(reference / "workpiece.obj", folder_.path() / "workpiece.obj",
+                      fs::copy_options::overwrite_existing);
     }
     fs::path fresh(const std::string& name) {
         if (stop_requested()) {
@@ -193,10 +198,11 @@ private:
         fs::create_directories(place);
         return place;
     }
-    void note(int number, const Trial& trial, int first, int last, std::size_t pulses, const Difference& d, Difference& worst) {
-        table_ << fmt::format("{},{:.3f},{:.3f},{:.3f},{},{},{},{},{},{:.3f},{:.3f},{:.3f}\n", number, trial.kill_host_s,
-                              trial.gap_s, trial.power_off_s, first, last, pulses, d.missing, d.doubled, d.place_um,
-                              d.seam_um, d.energy_pct);
+    void note(int number, const Trial& trial, int first, int last, std::size_t pulses, const Difference& d,
+              Difference& worst) {
+        table_ << fmt::format("{},{:.3f},{:.3f},{:.3f},{},{},{},{},{},{:.3f},{:.3f},{:.3f}\n", number,
+                              trial.kill_host_s, trial.gap_s, trial.power_off_s, first, last, pulses, d.missing,
+                              d.doubled, d.place_um, d.seam_um, d.energy_pct);
         table_.flush();
         worst.missing = std::max(worst.missing, d.missing);
         worst.doubled = std::max(worst.doubled, d.doubled);
@@ -216,8 +222,9 @@ private:
         int last = first;
         if (first == kKilled) {
             // Killed before it wrote a journal, it has sent nothing.
-            last = scribe(cell, place, journal ? std::vector<std::string>{"--resume", "--reset-fault"}
-                                               : std::vector<std::string>{"--reset-fault"});
+            last = scribe(cell, place,
+                          journal ? std::vector<std::string>{"--resume", "--reset-fault"}
+                                  : std::vector<std::string>{"--reset-fault"});
         }
         const Pulses pulses = cell.end();
         const auto gap = static_cast<std::int64_t>(truth_.size()) - static_cast<std::int64_t>(pulses.size());

@@ -65,8 +65,9 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
         ->check(CLI::Range(1, 1'000'000));
     app.add_flag("--json", o.json, "one JSON object on stdout, everything else on stderr");
     optional_option(app, "--svg", o.svg, "picture of what was burnt and of its deviations")->type_name("FILE");
-    app.add_flag("--resume", o.resume,
-                 "go on with the job of the journal (--journal, or the one in the folder of --out) where it was broken off");
+    app.add_flag(
+        "--resume", o.resume,
+        "go on with the job of the journal (--journal, or the one in the folder of --out) where it was broken off");
     optional_option(app, "--confirm-uncertain", o.confirmed,
                     "--resume after a loss of power: what the part shows of the stretch that is not certain, burnt, "
                     "unburnt, or PATH/PASS/PULSES as counted")

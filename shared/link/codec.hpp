@@ -19,8 +19,8 @@
 ///     id u8 | counter u16 | payload | crc u32
 ///
 /// The CRC-32 covers a data id of 8 bytes that is not sent, then everything from id to the payload's end. The data id
-/// is the hash of the agreed schema: bytes of a peer that means something else by them fail the check. Hello and HelloReply have a
-/// data id that never changes, so that two peers of different schema can still tell each other so.
+/// is the hash of the agreed schema: bytes of a peer that means something else by them fail the check. Hello and
+/// HelloReply have a data id that never changes, so that two peers of different schema can still tell each other so.
 ///
 /// No heap; any context; cost proportional to the bytes.
 

@@ -38,7 +38,7 @@ struct JobResume {
     std::int32_t c = 0;             ///< angle of C that `first` begins at, wire units
     std::uint32_t path = 0;         ///< the first path and its pass, if it is burnt in part
     std::uint8_t pass = 0;
-    std::uint32_t pulse = 0;        ///< pulses of it that are done: the first to fire has this number
+    std::uint32_t pulse = 0;  ///< pulses of it that are done: the first to fire has this number
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("sequence", m.sequence), v("job", m.job), v("items", m.items), v("first", m.first);

@@ -15,9 +15,9 @@ namespace sc::sim {
 
 /// A CAN bus with two nodes, 0 and 1, bit-timed. The lowest identifier among those that wait wins; what is destroyed on
 /// the wire ends in an error frame and is sent again; a frame that nobody acknowledges too. A node's error counter
-/// rises by 8 with each frame that fails and falls by 1 with each that does not; above 255 it is off the bus, loses what
-/// it had to send, and comes back after 128 times 11 recessive bits. A node that has counted 127 no longer counts a
-/// missing acknowledgement (ISO 11898-1, 12.1.4), so a lone node never goes off the bus.
+/// rises by 8 with each frame that fails and falls by 1 with each that does not; above 255 it is off the bus, loses
+/// what it had to send, and comes back after 128 times 11 recessive bits. A node that has counted 127 no longer counts
+/// a missing acknowledgement (ISO 11898-1, 12.1.4), so a lone node never goes off the bus.
 class CanBus {
 public:
     enum class NodeState : std::uint8_t { active, passive, off };
@@ -32,7 +32,7 @@ public:
 
     [[nodiscard]] NodeState state(std::size_t node) const noexcept;
     [[nodiscard]] std::size_t waiting(std::size_t node) const noexcept { return nodes_[node].queue.size(); }
-    [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }            ///< that have passed
+    [[nodiscard]] std::uint64_t frames() const noexcept { return frames_; }  ///< that have passed
     [[nodiscard]] std::uint64_t error_frames() const noexcept { return error_frames_; }
     [[nodiscard]] std::uint64_t bus_offs() const noexcept { return bus_offs_; }
     [[nodiscard]] std::int64_t busy_ns() const noexcept { return busy_ns_; }  ///< that the wire was not idle

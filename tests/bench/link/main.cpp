@@ -27,7 +27,7 @@
 namespace {
 
 using namespace sc;         // NOLINT(google-build-using-namespace): a program of its own
-using namespace sc::bench;  // NOLINT(google-build-using-namespace)
+using namespace sc::bench;  // NOLINT(google-build-using-namespace): the same
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::uint32_t kSession = 77;

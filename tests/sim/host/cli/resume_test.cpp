@@ -26,13 +26,20 @@ constexpr int kKilled = 128 + SIGKILL;
 class Cell {
 public:
     Cell(const fs::path& folder, const std::string& out, std::vector<std::string> more)
-        : folder_(folder), trace_(folder / out / "pulses.trace"), program_("scribecell-cell", words(folder, out, more)) {
+        : folder_(folder),
+          trace_(folder / out / "pulses.trace"),
+          program_("scribecell-cell", words(folder, out, more)) {
         EXPECT_TRUE(program_.wait_for_out("socket"));
     }
     /// Exit code of a host that scribes face 0.
     int scribe(std::vector<std::string> more) {
-        std::vector<std::string> all{"scribe",    "--face", "0", "--link", "lockstep:" + (folder_ / "socket").string(),
-                                     "--journal", (folder_ / "journal.sqlite").string()};
+        std::vector<std::string> all{"scribe",
+                                     "--face",
+                                     "0",
+                                     "--link",
+                                     "lockstep:" + (folder_ / "socket").string(),
+                                     "--journal",
+                                     (folder_ / "journal.sqlite").string()};
         all.insert(all.end(), more.begin(), more.end());
         Program host("scribecell", all);
         const int code = host.wait();
@@ -49,13 +56,15 @@ public:
 private:
     static std::vector<std::string> words(const fs::path& folder, const std::string& out,
                                           const std::vector<std::string>& more) {
-        // The first pulses after the dark are stronger by 12 % in the reference cell: that is the source's, not the job's.
+        // The first pulses after the dark are stronger by 12 % in the reference cell: that is the source's, not the
+        // job's.
         const fs::path world = fs::path(SC_SOURCE_DIR) / "boards/sim/world/default";
         fs::copy_file(world / "workpiece.obj", folder / "workpiece.obj", fs::copy_options::overwrite_existing);
         write_file(folder / "world.toml",
                    replaced(read_file(world / "world.toml"), "first_pulse_excess = 0.12", "first_pulse_excess = 0.0"));
-        std::vector<std::string> all{"--lockstep", (folder / "socket").string(),       "--out",   (folder / out).string(),
-                                     "--memory",   (folder / "retained.bin").string(), "--world", (folder / "world.toml").string()};
+        std::vector<std::string> all{
+            "--lockstep", (folder / "socket").string(),       "--out",   (folder / out).string(),
+            "--memory",   (folder / "retained.bin").string(), "--world", (folder / "world.toml").string()};
         all.insert(all.end(), more.begin(), more.end());
         return all;
     }

@@ -15,8 +15,8 @@ std::vector<Item> job() {
     const PathBegin two{.path = 2, .pitch_nm = 20'000};
     PathBegin again = two;
     again.pass = 1;
-    return {Turn{100}, one,         PathPoint{}, PathPoint{1}, PathPoint{2}, PathEnd{}, Turn{-900},  two,
-            PathPoint{}, PathPoint{5}, PathEnd{},   again,        PathPoint{},  PathPoint{5}, PathEnd{}, JobEnd{}};
+    return {Turn{100},   one,          PathPoint{}, PathPoint{1}, PathPoint{2}, PathEnd{},    Turn{-900}, two,
+            PathPoint{}, PathPoint{5}, PathEnd{},   again,        PathPoint{},  PathPoint{5}, PathEnd{},  JobEnd{}};
 }
 
 TEST(ResumePoint, InAPathGoesBackToItsBeginAndKeepsItsPulses) {

@@ -117,7 +117,8 @@ TEST(SerialLine, TakesTenBitsAByte) {
 
 TEST(SerialLine, TheSameSeedGivesTheSameTroubles) {
     const auto run = [](std::uint64_t seed) {
-        SerialLine line(3'000'000, Troubles({.lose = 0.2, .repeat = 0.2, .late = 0.2, .swap = 0.2, .spoil = 0.2}, {}, seed));
+        SerialLine line(3'000'000,
+                        Troubles({.lose = 0.2, .repeat = 0.2, .late = 0.2, .swap = 0.2, .spoil = 0.2}, {}, seed));
         std::vector<std::uint8_t> out;
         for (std::uint8_t i = 1; i < 250; ++i) {
             line.send(0, std::vector<std::uint8_t>{2, i, 0}, i * 100'000);
