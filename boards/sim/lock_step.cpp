@@ -125,18 +125,21 @@ public:
     explicit Listener(const std::filesystem::path& path) : path_(path) {
         sockaddr_un address{};
         address.sun_family = AF_UNIX;
-        if (path.string().size() >= sizeof(address.sun_path)) {
+        // It takes its name once it listens: who finds it may connect.
+        const std::string part = path.string() + ".part";
+        if (part.size() >= sizeof(address.sun_path)) {
             throw std::invalid_argument("the path of the socket is too long: " + path.string());
         }
-        path.string().copy(static_cast<char*>(address.sun_path), sizeof(address.sun_path) - 1);
+        part.copy(static_cast<char*>(address.sun_path), sizeof(address.sun_path) - 1);
         std::error_code ignored;
-        std::filesystem::remove(path, ignored);
+        std::filesystem::remove(part, ignored);
         file_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
         // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the form that bind wants
         const auto* pointer = reinterpret_cast<const sockaddr*>(&address);
         if (file_ < 0 || ::bind(file_, pointer, sizeof(address)) != 0 || ::listen(file_, 4) != 0) {
             throw std::system_error(errno, std::generic_category(), path.string());
         }
+        std::filesystem::rename(part, path);
     }
     Listener(const Listener&) = delete;
     Listener& operator=(const Listener&) = delete;
