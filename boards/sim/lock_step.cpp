@@ -175,8 +175,7 @@ void serve_lock_step(SimCell& cell, int socket, const volatile bool* stop) {
 bool serve_lock_step(SimCell& cell, const std::filesystem::path& path, const LockStepTroubles& troubles,
                      const volatile bool* stop) {
     const Listener listener(path);
-    std::printf("%s\n", path.c_str());
-    std::fflush(stdout);
+    std::fprintf(stderr, "%s\n", path.c_str());  // not stdout: a host that started this cell may have its own say there
     bool killed = false;
     for (int host = listener.accept(stop); host >= 0; host = listener.accept(stop)) {
         const bool on = serve(cell, host, troubles, killed, stop);

@@ -26,8 +26,8 @@ struct LockStepTroubles {
     std::int64_t gap_ns = 0;         ///< that the cell lives alone between two hosts
 };
 
-/// The same over a socket that listens at `path` (printed once it does), for one host after another, until `*stop`.
-/// False when the cell has lost its power. Throws std::system_error.
+/// The same over a socket that listens at `path` (printed on stderr once it does), for one host after another, until
+/// `*stop`. False when the cell has lost its power. Throws std::system_error.
 [[nodiscard]] bool serve_lock_step(SimCell& cell, const std::filesystem::path& path, const LockStepTroubles& troubles,
                                    const volatile bool* stop);
 

@@ -29,7 +29,7 @@ public:
         : folder_(folder),
           trace_(folder / out / "pulses.trace"),
           program_("scribecell-cell", words(folder, out, more)) {
-        EXPECT_TRUE(program_.wait_for_out("socket"));
+        EXPECT_TRUE(program_.wait_for_err("socket"));
     }
     /// Exit code of a host that scribes face 0.
     int scribe(std::vector<std::string> more) {
