@@ -67,7 +67,8 @@ SimCell::SimCell(const CellOptions& options)
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
       to_controller_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
       to_host_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
-      controller_(options_.controller(options_.machine, options_.boot_id)),
+      retained_(options_.memory),
+      controller_(options_.controller(options_.machine, options_.boot_id, retained_.memory())),
       record_(open_record(options_)),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
 

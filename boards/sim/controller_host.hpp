@@ -33,13 +33,15 @@ public:
     [[nodiscard]] virtual std::optional<BoardFigures> figures() { return std::nullopt; }
 };
 
-using MakeController =
-    std::function<std::unique_ptr<ControllerHost>(const MachineConfig& machine, std::uint32_t boot_id)>;
+/// `retained` is the memory that the cell keeps without power; it outlives the controller.
+using MakeController = std::function<std::unique_ptr<ControllerHost>(const MachineConfig& machine,
+                                                                     std::uint32_t boot_id, RetainedMemory* retained)>;
 
 /// The controller in this process.
 class LocalController final : public ControllerHost {
 public:
-    LocalController(const MachineConfig& machine, std::uint32_t boot_id) : controller_(machine, boot_id) {}
+    LocalController(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained)
+        : controller_(machine, boot_id, retained) {}
 
     void tick(const ServoInputs& inputs, ServoOutputs& outputs) override {
         controller_.servo_step(inputs, outputs);
@@ -52,8 +54,9 @@ private:
 };
 
 [[nodiscard]] inline std::unique_ptr<ControllerHost> make_local_controller(const MachineConfig& machine,
-                                                                           std::uint32_t boot_id) {
-    return std::make_unique<LocalController>(machine, boot_id);
+                                                                           std::uint32_t boot_id,
+                                                                           RetainedMemory* retained) {
+    return std::make_unique<LocalController>(machine, boot_id, retained);
 }
 
 }  // namespace sc::sim

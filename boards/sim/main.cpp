@@ -31,6 +31,8 @@ constexpr const char* kExamples = R"(Examples:
       a cell on a free loopback port, at twice real time
   scribecell-cell --lockstep-fd 3 --out run2 --script faults.txt
       as the host starts it: virtual time, over the inherited socket 3
+  scribecell-cell --lockstep cell.socket --memory retained.bin --out run3
+      virtual time for one host after another (scribecell ... --link lockstep:cell.socket)
   scribecell-cell --lockstep-fd 3 --controller m7
       the same, with the controller on a Cortex-M7 in QEMU
 
@@ -50,6 +52,12 @@ struct Arguments {
     std::uint32_t baud = 921'600;
     std::uint32_t seed = 1;
     int lockstep = -1;
+    std::string lockstep_at;
+    std::string memory;
+    double kill_host_s = 0.0;
+    std::int64_t kill_delay_us = 0;
+    double power_off_s = 0.0;
+    double gap_s = 0.0;
     bool pty = false;
     int tcp = -1;
     double speed = 1.0;
@@ -92,10 +100,23 @@ void describe(CLI::App& app, Arguments& a) {
     auto* mode = app.add_option_group("mode", "who drives the cell");
     mode->add_option("--lockstep-fd", a.lockstep, "inherited socket: virtual time in lock-step with the host")
         ->check(CLI::Range(0, 1'000'000));
+    mode->add_option("--lockstep", a.lockstep_at,
+                     "listen at this path: virtual time in lock-step with one host after another")
+        ->type_name("PATH");
     mode->add_flag("--pty", a.pty, "a pseudo-terminal in real time; prints its path");
     mode->add_option("--tcp", a.tcp, "a TCP port on 127.0.0.1 in real time, 0 = any; prints it")
         ->check(CLI::Range(0, 65535));
     mode->require_option(1);
+    app.add_option("--memory", a.memory, "file of what the controller keeps without power (default: it keeps nothing)")
+        ->type_name("FILE");
+    app.add_option("--kill-host-at", a.kill_host_s, "s; --lockstep: SIGKILL to the host at this time of the cell")
+        ->check(CLI::Range(0.0, 1e6));
+    app.add_option("--kill-delay-us", a.kill_delay_us, "real time between the answer and the SIGKILL")
+        ->check(CLI::Range(0, 1'000'000));
+    app.add_option("--power-off-at", a.power_off_s, "s; --lockstep: the cell loses its power")
+        ->check(CLI::Range(0.0, 1e6));
+    app.add_option("--gap", a.gap_s, "s; --lockstep: the cell lives alone so long between two hosts")
+        ->check(CLI::Range(0.0, 1e4));
     app.add_option("--speed", a.speed, "seconds of the cell's time a second (--pty, --tcp)")
         ->check(CLI::Range(0.01, 1000.0))
         ->capture_default_str();
@@ -132,6 +153,7 @@ sc::sim::CellOptions options_of(const Arguments& a) {
         options.machine.laser.prr_nominal = sc::Frequency::from_si(a.prr_nominal_hz);
     }
     sc::sim::set_machine(options.machine, a.machine);
+    options.memory = a.memory;
     options.record = a.record;
     options.record_limit_bytes = static_cast<std::uint64_t>(a.record_limit_mb * 1e6);
     return options;
@@ -168,6 +190,12 @@ int run(const Arguments& a) {
     if (a.lockstep >= 0) {
         sc::sim::serve_lock_step(cell, a.lockstep, &stop_asked);
         cell.run_out();
+    } else if (!a.lockstep_at.empty()) {
+        const auto ns = [](double seconds) { return static_cast<std::int64_t>(seconds * 1e9); };
+        const sc::sim::LockStepTroubles troubles{ns(a.kill_host_s), a.kill_delay_us, ns(a.power_off_s), ns(a.gap_s)};
+        if (sc::sim::serve_lock_step(cell, a.lockstep_at, troubles, &stop_asked)) {
+            cell.run_out();
+        }
     } else {
         serve_port(cell, a);
     }

@@ -23,7 +23,7 @@ constexpr std::uint8_t home_axes(std::uint8_t stage) noexcept {
 
 }  // namespace
 
-Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id) noexcept
+Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained) noexcept
     : machine_(machine),
       link_(machine, boot_id),
       drives_(machine_),
@@ -33,7 +33,9 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id) noex
       head_(machine.galvo),
       power_(machine.laser),
       mopa_(machine.laser.source, machine.control_period_ns),
-      runner_(machine) {}
+      runner_(machine),
+      retained_(retained),
+      retained_record_(retained == nullptr ? std::nullopt : retained->read()) {}
 
 bool Controller::homed() const noexcept {
     for (const drives::AxisStatus& axis : drives_seen_.axis) {
@@ -161,14 +163,17 @@ void Controller::drop_aborted() noexcept {
     if (link_.job_refusal() == Refusal::none) {
         close_job();
     }
-    job_open_ = false;
+    job_open_ = job_started_ = false;
     runner_.drop();
 }
 
 void Controller::close_job() noexcept {
-    link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
+    if (job_started_) {
+        link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
+        fired_.tick(job_burns_ ? JobPlace{runner_.fired(), runner_.fired_position()} : fired_.record().reached, false);
+    }
     link_.close_job();
-    job_open_ = false;
+    job_open_ = job_started_ = false;
 }
 
 void Controller::advance_stop() noexcept {
@@ -341,9 +346,12 @@ LimitedBy Controller::limited_by() const noexcept {
 }
 
 void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
-    if (job_open_) {
+    if (job_started_) {
         link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
     }
+    const bool burns = job_started_ && job_burns_;
+    fired_.tick(burns ? JobPlace{runner_.fired(), runner_.fired_position()} : fired_.record().reached,
+                burns && supervisor_.faults() != 0);
     const State now = state();
     if (now != reported_state_ || in.tick - report_tick_ >= kStatusEveryTicks) {
         link::Status status;

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
+#include "firmware/controller/fired_watch.hpp"
 #include "firmware/controller/job_runner.hpp"
 #include "firmware/controller/map_intake.hpp"
 #include "firmware/drives/drive_master.hpp"
 #include "firmware/hal/io.hpp"
+#include "firmware/hal/retained.hpp"
 #include "firmware/laser/head_proof.hpp"
 #include "firmware/laser/mopa_serial.hpp"
 #include "firmware/laser/power_port.hpp"
@@ -26,8 +29,9 @@ namespace sc {
 /// are watched in this tick; the drives' answers are those of the last.
 class Controller {
 public:
-    /// `boot_id` should differ at each start.
-    Controller(const MachineConfig& machine, std::uint32_t boot_id) noexcept;
+    /// `boot_id` should differ at each start. `retained` outlives the controller; null: the board keeps nothing without
+    /// power.
+    Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained = nullptr) noexcept;
 
     /// Each control period, hard. Bounded by the frames, bytes and pulses of one tick.
     void servo_step(const ServoInputs& in, ServoOutputs& out) noexcept;
@@ -65,6 +69,8 @@ private:
     [[nodiscard]] Verdict jog(const link::Command& command) noexcept;
     [[nodiscard]] Verdict abort() noexcept;
     [[nodiscard]] Verdict open(const link::JobOpen& job) noexcept;
+    [[nodiscard]] Verdict open_midst(const link::JobResume& job) noexcept;
+    void tell_position(std::uint32_t token) noexcept;
     [[nodiscard]] Verdict set_override(const link::Command& command) noexcept;
     [[nodiscard]] LimitedBy limited_by() const noexcept;
     [[nodiscard]] Verdict set_compensation(const link::SetCompensation& message) noexcept;
@@ -126,7 +132,12 @@ private:
     std::uint8_t home_stage_ = 0;  ///< 0: y, 1: x and z, 2: C
     bool job_open_ = false;
     bool job_done_ = false;
-    std::uint32_t job_items_ = 0;
+    bool job_started_ = false;
+    bool job_burns_ = false;  ///< it is no preview
+    JobStart job_start_;
+    FiredWatch fired_;
+    RetainedMemory* retained_;
+    std::optional<JobRecord> retained_record_;  ///< from before this start
     safety::Event stop_reason_ = safety::Event::hold;
     std::int64_t silent_since_ = 0;
     bool reset_wanted_ = false;

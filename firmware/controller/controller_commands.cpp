@@ -52,6 +52,12 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                 link_.reply(event.job_open.sequence, verdict.refusal, verdict.detail);
                 break;
             }
+            case link::LinkEvent::Kind::job_resume: {
+                const Verdict verdict = open_midst(event.job_resume);
+                link_.reply(event.job_resume.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+            case link::LinkEvent::Kind::position_request: tell_position(event.position_request.token); break;
             case link::LinkEvent::Kind::galvo_field: {
                 const Verdict verdict = set_galvo_field(event.galvo_field);
                 link_.reply(event.galvo_field.sequence, verdict.refusal, verdict.detail);
@@ -157,7 +163,12 @@ Controller::Verdict Controller::start(Event event, bool preview) noexcept {
     const Verdict verdict = post(event);
     if (verdict.refusal == Refusal::none) {
         job_done_ = false;
-        runner_.start_job(preview);
+        job_started_ = true;
+        job_burns_ = !preview;
+        runner_.start_job(preview, job_start_);
+        if (job_burns_) {
+            fired_.begin(link_.job(), link_.job_items(), {job_start_.first, job_start_.done}, retained_);
+        }
     }
     return verdict;
 }
@@ -289,10 +300,46 @@ Controller::Verdict Controller::open(const link::JobOpen& job) noexcept {
     }
     link_.open_job(job.job, job.items);
     job_open_ = true;
-    job_done_ = false;
-    job_items_ = job.items;
+    job_done_ = job_started_ = false;
+    job_start_ = {};
     runner_.drop();
     return {};
+}
+
+Controller::Verdict Controller::open_midst(const link::JobResume& job) noexcept {
+    if ((state() != State::idle && state() != State::armed) || !runner_.at_rest()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (job.first >= job.items) {
+        return {Refusal::too_many_points, job.first};
+    }
+    link_.resume_job(job);
+    job_open_ = true;
+    job_done_ = job_started_ = false;
+    job_start_ = {job.first, job.c, {job.path, job.pass, job.first, job.pulse}};
+    runner_.drop();
+    return {};
+}
+
+void Controller::tell_position(std::uint32_t token) noexcept {
+    link::Position position;
+    position.token = token;
+    const bool known = fired_.record().job != 0;
+    const JobRecord record = known ? fired_.record() : retained_record_.value_or(JobRecord{});
+    if (known || retained_record_) {
+        position.source =
+            static_cast<std::uint8_t>(known ? link::PositionSource::memory : link::PositionSource::retained);
+    }
+    position.job = record.job;
+    position.items = record.items;
+    position.fired = record.certain.fired;
+    position.path = record.certain.at.path;
+    position.pass = record.certain.at.pass;
+    position.pulses = record.certain.at.pulses;
+    position.reached_path = record.reached.at.path;
+    position.reached_pass = record.reached.at.pass;
+    position.reached_pulses = record.reached.at.pulses;
+    link_.position(position);
 }
 
 bool Controller::geometry_may_change() const noexcept {

@@ -84,10 +84,16 @@ void JobRunner::set_retreat() noexcept {
     machine_.y_retracted = Length::from_si(y_retracted_ + geometry_.y_shortfall(y_retracted_));
 }
 
-void JobRunner::start_job(bool preview) noexcept {
+void JobRunner::start_job(bool preview, const JobStart& start) noexcept {
     drop();
     preview_ = preview;
     phase_ = Phase::next_item;
+    if (start.first > 0) {
+        items_taken_ = planned_ = fired_ = start.first;
+        fired_position_ = start.done;
+        pulses_done_ = start.done.pulses;
+        begin_turn({start.c});
+    }
 }
 
 void JobRunner::drop() noexcept {
@@ -96,7 +102,7 @@ void JobRunner::drop() noexcept {
     stopping_ = waiting_ = path_closed_ = preview_ = false;
     refusal_ = {};
     limited_by_ = LimitedBy::none;
-    items_taken_ = planned_ = fired_ = 0;
+    items_taken_ = planned_ = fired_ = pulses_done_ = 0;
     fired_position_ = {};
 }
 

@@ -28,6 +28,13 @@ struct ItemRefusal {
     std::int64_t value = 0;  ///< wire units of the axis
 };
 
+/// Where in a job to begin: at an item, with C at an angle, and with so much of its path done.
+struct JobStart {
+    std::uint32_t first = 0;  ///< 0: at its beginning, and the rest does not matter
+    std::int32_t c = 0;       ///< wire units
+    FiredPosition done;       ///< pulses of the first path that are not fired again
+};
+
 /// Runs a job item by item: turns, the dark way to each path, the path itself with its pulses, and single moves (jogs).
 /// Knows where the beam is commanded to be at any time. Servo context, once a tick; the planner's work() is called from
 /// the plan step.
@@ -78,7 +85,9 @@ public:
     void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
 
     /// `preview`: no pulses, and paths no faster than the guide laser may go.
-    void start_job(bool preview = false) noexcept;
+    /// Begun in its midst, the first path is run from its beginning, dark up to the first pulse that is not yet done:
+    /// so each of the others is where, and as, it would have been.
+    void start_job(bool preview = false, const JobStart& start = {}) noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
     void start_jog(Axis axis, double distance, double speed) noexcept;
     /// Jerk-limited stop of whatever moves. `at_rest()` tells when.
@@ -234,6 +243,7 @@ private:
     std::uint32_t planned_ = 0;
     std::uint32_t fired_ = 0;
     FiredPosition fired_position_;
+    std::uint32_t pulses_done_ = 0;  ///< of the path that comes first
     ItemRefusal refusal_;
     LimitedBy limited_by_ = LimitedBy::none;
     double pulse_speed_ = 0.0;

@@ -131,7 +131,8 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
                    motion::StageHistory::readable(stage_late(kZ)))) {
         refuse(Refusal::bad_stage_curve, item, Axis::x, 0.0);
     }
-    placer_.open(pulses);
+    placer_.open(pulses, pulses_done_);
+    pulses_done_ = 0;
     motion_.set_override(override_share());
     if (!motion_.open(spec)) {
         refuse(Refusal::bad_speed, item, Axis::x, spec.speed);

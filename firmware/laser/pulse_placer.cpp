@@ -63,8 +63,9 @@ void FiringRule::turn_round(const PowerCurve& curve, double energy, double prr_n
 
 Firing firing_at(double speed, const PulseSpec& spec) noexcept { return FiringRule(spec).at(speed, 1); }
 
-void PulsePlacer::open(const PulseSpec& spec) noexcept {
+void PulsePlacer::open(const PulseSpec& spec, std::uint32_t done) noexcept {
     *this = PulsePlacer{};
+    next_ = done;
     spec_ = spec;
     rule_ = FiringRule(spec);
     pitch_pm_ = nearest(spec.pitch * kPmPerMetre);
@@ -103,7 +104,7 @@ bool PulsePlacer::next_stretch(const motion::PathMotion& path) noexcept {
         return false;
     }
     ++stretch_;
-    base_ = next_;
+    base_ += pulses_of(*now);
     base_pm_ = nearest((then->begin - path.mark_begin()) * kPmPerMetre);
     mark_begin_ = then->begin;
     pulses_ = base_ + pulses_of(*then);
@@ -329,7 +330,7 @@ void PulsePlacer::fill(const motion::PathMotion& path, const motion::Segment& se
         return end < pulses_ ? end : pulses_;
     };
     std::uint32_t end = end_here();
-    while (next_ < end || (next_ == pulses_ && next_stretch(path))) {
+    while (next_ < end || (next_ >= pulses_ && next_stretch(path))) {
         if (next_ >= end) {
             end = end_here();
             if (next_ >= end) {

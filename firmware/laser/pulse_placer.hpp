@@ -101,8 +101,8 @@ private:
 
 class PulsePlacer {
 public:
-    /// Begins a pass at pulse 0.
-    void open(const PulseSpec& spec) noexcept;
+    /// Begins a pass at pulse 0, or behind those that are done already.
+    void open(const PulseSpec& spec, std::uint32_t done = 0) noexcept;
     /// All pulses with path times in [from, to), at most 8 ms, in order, into out.pulses and (as runs with absolute
     /// times) out.laser. `act_ns` is the control time that belongs to path time 0, latencies included. Appends; stops
     /// at the capacity of either, which 512 kHz does not reach. Servo context; some 120 operations a pulse.

@@ -7,15 +7,14 @@
 #include "shared/hash/crc.hpp"
 
 namespace sc::link {
-namespace {
 
-/// Items of the job read a tick: half more than 4 000 points/s.
-constexpr std::uint32_t kItemsPerTick = 6;
-
-}  // namespace
-
-Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id) noexcept
-    : config_crc_(0), boot_id_(boot_id), control_period_ns_(std::max<std::int64_t>(machine.control_period_ns, 1)) {
+Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const EndpointOptions& options) noexcept
+    : config_crc_(0),
+      boot_id_(boot_id),
+      control_period_ns_(std::max<std::int64_t>(machine.control_period_ns, 1)),
+      items_per_tick_(options.items_per_tick),
+      newest_minor_(options.newest_minor),
+      stream_(options.rules) {
     serialise(machine, config_);
     config_crc_ = crc32(config_);
 }
@@ -25,7 +24,7 @@ Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id) noexcept
 void Endpoint::receive(std::int64_t tick, std::span<const std::uint8_t> bytes) noexcept {
     tick_ = tick;
     receiver_.receive(bytes, [this](const Envelope& envelope) noexcept { take(envelope); });
-    stream_.step(kItemsPerTick);
+    stream_.step(items_per_tick_);
 }
 
 void Endpoint::take(const Envelope& envelope) noexcept {
@@ -34,6 +33,7 @@ void Endpoint::take(const Envelope& envelope) noexcept {
             return;
         }
         last_heard_ = tick_;
+        heard_ = envelope.counter;
     }
     if (envelope.id == Block::kId) {
         take_block(envelope.payload);
@@ -57,7 +57,7 @@ Refusal Endpoint::judge(const Hello& hello) const noexcept {
     if (hello.major != kProtocolMajor) {
         return Refusal::version_mismatch;
     }
-    if (hello.schema != kSchemaHash) {
+    if (minor_of(hello.schema).value_or(0xFF) > newest_minor_) {
         return Refusal::schema_mismatch;
     }
     if (hello.heartbeat_timeout_ms < kShortestTimeoutMs || hello.heartbeat_timeout_ms > kLongestTimeoutMs) {
@@ -82,6 +82,9 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
         }
         session_open_ = true;
         session_ = hello.session;
+        minor_ = minor_of(hello.schema).value_or(kProtocolMinor);
+        receiver_.set_minor(minor_);
+        heard_ = counter;
         timeout_ticks_ = std::int64_t{hello.heartbeat_timeout_ms} * 1'000'000 / control_period_ns_;
         last_heard_ = tick_;
         watch_.restart(counter);
@@ -89,7 +92,10 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
         ++counters_.hellos_refused;
     }
     HelloReply reply;
-    reply.schema = kSchemaHash;
+    // To a peer that is refused: the newest that is spoken here, so that it may choose an older one.
+    const std::uint8_t minor = refusal == Refusal::none ? minor_ : newest_minor_;
+    reply.schema = kSchemaHashes[minor];
+    reply.minor = minor;
     reply.refusal = static_cast<std::uint16_t>(refusal);
     reply.session = hello.session;
     reply.boot = boot_id_;
@@ -113,6 +119,22 @@ void Endpoint::on(const JobOpen& open) noexcept {
     event.kind = LinkEvent::Kind::job_open;
     event.job_open = open;
     request(open.sequence, event);
+}
+
+void Endpoint::on(const JobResume& resume) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::job_resume;
+    event.job_resume = resume;
+    request(resume.sequence, event);
+}
+
+void Endpoint::on(const PositionRequest& request) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::position_request;
+    event.position_request = request;
+    if (session_open_) {
+        push_event(event);
+    }
 }
 
 void Endpoint::on(const SetCompensation& compensation) noexcept {
@@ -163,6 +185,7 @@ void Endpoint::take_block(std::span<const std::uint8_t> payload) noexcept {
         ++counters_.frames_bad;
     } else if (session_open_ && stream_.take(*block) != JobStream::Taken::foreign) {
         ack_now_ = true;
+        gap_told_ = false;
     }
 }
 
@@ -233,6 +256,15 @@ void Endpoint::open_job(std::uint64_t job, std::uint32_t items) noexcept {
     next_refused_tick_ = tick_;
 }
 
+void Endpoint::resume_job(const JobResume& resume) noexcept {
+    stream_.open_at(resume.job, resume.items, {resume.first, resume.hash_before});
+    progress_ = {};
+    progress_.planned = progress_.fired = resume.first;
+    job_seen_ = true;
+    ack_now_ = true;
+    next_refused_tick_ = tick_;
+}
+
 void Endpoint::close_job() noexcept { stream_.close(); }
 
 void Endpoint::refuse_item(std::uint32_t item, Refusal refusal, std::uint8_t axis, std::int64_t value) noexcept {
@@ -257,15 +289,18 @@ LinkCounters Endpoint::counters() const noexcept {
 
 std::size_t Endpoint::transmit(std::span<std::uint8_t> out) noexcept {
     Outbox box{out};
-    static_cast<void>(send_hello(box) && send_replies(box) && send_refused(box) && send_ack(box) && send_status(box) &&
-                      send_config(box));
+    static_cast<void>(send_hello(box) && send_replies(box) && send_refused(box) && send_ack(box) && send_missing(box) &&
+                      send_position(box) && send_status(box) && send_config(box));
     return box.size;
 }
 
 /// False when there is no room; everything less urgent then waits too.
 template <class Message>
 bool Endpoint::send(Outbox& box, const Message& message) noexcept {
-    const std::size_t size = encode_serial(message, send_counter_, box.out.subspan(box.size));
+    if (since<Message>() > minor_) {
+        return true;  // the peer does not know it
+    }
+    const std::size_t size = encode_serial(message, send_counter_, box.out.subspan(box.size), minor_);
     if (size == 0) {
         return false;
     }
@@ -317,7 +352,7 @@ StreamAck Endpoint::current_ack() const noexcept {
     ack.received = stream_.received();
     ack.planned = progress_.planned;
     ack.fired = progress_.fired;
-    ack.free_items = stream_.is_open() ? static_cast<std::uint16_t>(stream_.items().free()) : std::uint16_t{0};
+    ack.free_items = stream_.is_open() ? static_cast<std::uint16_t>(stream_.window()) : std::uint16_t{0};
     ack.path = progress_.position.path;
     ack.pass = progress_.position.pass;
     ack.pulses = progress_.position.pulses;
@@ -346,6 +381,39 @@ bool Endpoint::send_ack(Outbox& box) noexcept {
     last_ack_ = ack;
     ack_now_ = false;
     last_ack_tick_ = tick_;
+    return true;
+}
+
+bool Endpoint::send_missing(Outbox& box) noexcept {
+    if (gap_told_ || !session_open_) {
+        return true;
+    }
+    std::array<JobStream::Gap, StreamMissing::kRuns> gaps;
+    const std::size_t count = stream_.missing(gaps);
+    if (count > 0) {
+        StreamMissing missing;
+        missing.job_low = stream_.job_low();
+        missing.heard = heard_;
+        missing.count = static_cast<std::uint8_t>(count);
+        for (std::size_t i = 0; i < count; ++i) {
+            missing.from[i] = gaps[i].from;
+            missing.until[i] = gaps[i].until;
+        }
+        if (!send(box, missing)) {
+            return false;
+        }
+    }
+    gap_told_ = true;
+    return true;
+}
+
+bool Endpoint::send_position(Outbox& box) noexcept {
+    if (position_) {
+        if (!send(box, *position_)) {
+            return false;
+        }
+        position_.reset();
+    }
     return true;
 }
 

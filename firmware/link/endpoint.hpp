@@ -19,13 +19,15 @@
 
 namespace sc::link {
 
-/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map, galvo_field,
-/// power_curve or galvo_lag is owed a `reply` with its sequence.
+/// Something the controller must decide on. A command, job_open, job_resume, compensation, map_chunk, set_map,
+/// galvo_field, power_curve or galvo_lag is owed a `reply` with its sequence, a position_request a `position`.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
         command,
         job_open,
+        job_resume,
+        position_request,
         compensation,
         map_chunk,
         set_map,
@@ -38,6 +40,8 @@ struct LinkEvent {
     Kind kind = Kind::none;
     Command command;
     JobOpen job_open;
+    JobResume job_resume;
+    PositionRequest position_request;
     SetCompensation compensation;
     MapChunk map_chunk;
     SetMap set_map;
@@ -52,9 +56,16 @@ struct LinkCounters {
     std::uint32_t messages_lost = 0;      ///< gaps in the message counter
     std::uint32_t messages_repeated = 0;  ///< counter had come before
     std::uint32_t items_repeated = 0;
-    std::uint32_t blocks_ahead = 0;  ///< blocks not kept because one before them was missing
+    std::uint32_t blocks_ahead = 0;  ///< blocks that came while one before them was missing
     std::uint32_t events_lost = 0;   ///< requests dropped because the controller had not taken the earlier ones
     std::uint32_t hellos_refused = 0;
+};
+
+/// What differs from a controller's link when the link itself is measured.
+struct EndpointOptions {
+    StreamRules rules;
+    std::uint32_t items_per_tick = 6;            ///< of the job that are read: half more than 4 000 points/s
+    std::uint8_t newest_minor = kProtocolMinor;  ///< 0: speaks as version 1.0 did
 };
 
 /// The controller's end of the link, serial carrier (COBS frames; docs/link.md has the rules). It holds the session,
@@ -72,7 +83,7 @@ public:
     static constexpr std::int64_t kRefusedRepeatTicks = 50;
 
     /// `boot_id` should differ at each start of the controller. The configuration is serialised here, once.
-    Endpoint(const MachineConfig& machine, std::uint32_t boot_id) noexcept;
+    Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const EndpointOptions& options = {}) noexcept;
 
     /// Takes the bytes that came since the last tick. Ticks must not go backwards.
     void receive(std::int64_t tick, std::span<const std::uint8_t> bytes) noexcept;
@@ -85,6 +96,8 @@ public:
 
     /// The controller accepted a JobOpen. The same job, still open and not refused, keeps what has arrived.
     void open_job(std::uint64_t job, std::uint32_t items) noexcept;
+    /// The controller accepted a JobResume: the job begins anew, in its midst.
+    void resume_job(const JobResume& resume) noexcept;
     /// Ends the job: nothing more is taken, the queue is emptied, JobRefused is no longer repeated. The last
     /// acknowledgement goes on being repeated until another job opens, so that its loss costs nothing.
     void close_job() noexcept;
@@ -104,18 +117,26 @@ public:
     /// Items planned and fired (cumulative) and the fired position, for the next acknowledgement.
     void progress(std::uint32_t planned, std::uint32_t fired, const FiredPosition& position) noexcept;
 
+    /// Answers a position_request.
+    void position(const Position& position) noexcept { position_ = position; }
+    /// The job that is or was open, 0 before the first, and its number of items.
+    [[nodiscard]] std::uint64_t job() const noexcept { return job_seen_ ? stream_.job() : 0; }
+    [[nodiscard]] std::uint32_t job_items() const noexcept { return stream_.job_items(); }
+
     /// Sends this in place of any status not yet sent. The link's own counters are filled in.
     void status(const Status& status) noexcept { status_ = status; }
 
     [[nodiscard]] bool session_open() const noexcept { return session_open_; }
+    /// Minor version that the session speaks.
+    [[nodiscard]] std::uint8_t minor() const noexcept { return minor_; }
     /// A session is open and a valid message of it came no longer ago than the heartbeat timeout.
     [[nodiscard]] bool alive(std::int64_t tick) const noexcept;
     /// Tick of the last valid message of the session; meaningless while none is open.
     [[nodiscard]] std::int64_t last_heard() const noexcept { return last_heard_; }
 
-    /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, status,
-    /// configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything through
-    /// in time (a chunk of configuration shrinks to the room).
+    /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, gaps, position,
+    /// status, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything
+    /// through in time (a chunk of configuration shrinks to the room).
     std::size_t transmit(std::span<std::uint8_t> out) noexcept;
 
     [[nodiscard]] LinkCounters counters() const noexcept;
@@ -137,6 +158,8 @@ private:
     void on(const Heartbeat& heartbeat) noexcept;
     void on(const Command& command) noexcept;
     void on(const JobOpen& open) noexcept;
+    void on(const JobResume& resume) noexcept;
+    void on(const PositionRequest& request) noexcept;
     void on(const Block& /*block*/) noexcept {}  ///< see take_block
     void take_block(std::span<const std::uint8_t> payload) noexcept;
     void on(const SetCompensation& compensation) noexcept;
@@ -157,6 +180,8 @@ private:
     bool send_replies(Outbox& box) noexcept;
     bool send_refused(Outbox& box) noexcept;
     bool send_ack(Outbox& box) noexcept;
+    bool send_missing(Outbox& box) noexcept;
+    bool send_position(Outbox& box) noexcept;
     bool send_status(Outbox& box) noexcept;
     bool send_config(Outbox& box) noexcept;
     [[nodiscard]] StreamAck current_ack() const noexcept;
@@ -166,12 +191,16 @@ private:
     std::uint32_t config_crc_;
     std::uint32_t boot_id_;
     std::int64_t control_period_ns_;
+    std::uint32_t items_per_tick_;
+    std::uint8_t newest_minor_;
     std::int64_t tick_ = 0;
 
     SerialReceiver receiver_;
     CounterWatch watch_;
     LinkCounters counters_;
     std::uint16_t send_counter_ = 0;
+    std::uint16_t heard_ = 0;  ///< counter of the newest message of the session
+    std::uint8_t minor_ = kProtocolMinor;
 
     bool session_open_ = false;
     std::uint32_t session_ = 0;
@@ -190,9 +219,11 @@ private:
     Progress progress_;
     StreamAck last_ack_;
     bool ack_now_ = false;
+    bool gap_told_ = true;  ///< since the last block
     std::int64_t last_ack_tick_ = 0;
     std::int64_t next_refused_tick_ = 0;
 
+    std::optional<Position> position_;
     std::optional<Status> status_;
     std::optional<std::uint16_t> config_wanted_;
 };

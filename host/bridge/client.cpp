@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "shared/hash/crc.hpp"
@@ -158,9 +159,21 @@ void CellClient::connect() {
     keep_alive();
 }
 
+/// Once more with an older minor version, if that is what the controller speaks.
 void CellClient::shake_hands() {
+    wire_.set_minor(link::kProtocolMinor);
+    say_hello();
+    const std::optional<std::uint8_t> theirs = link::minor_of(hello_.schema);
+    if (refusal_of(hello_.refusal) == Refusal::schema_mismatch && theirs && *theirs < link::kProtocolMinor) {
+        wire_.set_minor(*theirs);
+        say_hello();
+    }
+}
+
+void CellClient::say_hello() {
     const link::Hello hello{
-        .schema = link::kSchemaHash,
+        .schema = link::kSchemaHashes[wire_.minor()],
+        .minor = wire_.minor(),
         .session = options_.session,
         .heartbeat_timeout_ms = static_cast<std::uint16_t>(options_.heartbeat_timeout.count() / 1'000'000)};
     hello_fresh_ = false;
@@ -175,7 +188,7 @@ void CellClient::check_handshake() const {
     if (why == Refusal::none && hello_.major != link::kProtocolMajor) {
         why = Refusal::version_mismatch;
     }
-    if (why == Refusal::none && hello_.schema != link::kSchemaHash) {
+    if (why == Refusal::none && hello_.schema != link::kSchemaHashes[wire_.minor()]) {
         why = Refusal::schema_mismatch;
     }
     if (why == Refusal::none) {
@@ -325,7 +338,36 @@ void CellClient::set_map(const AxisMap& map) {
     }
 }
 
-void CellClient::send_block(const link::Block& block) { wire_.send(block); }
+void CellClient::resume_job(link::JobResume resume) {
+    if (minor() < link::JobResume::kSince) {
+        throw CellRefused("the controller speaks version 1.0 of the link, which cannot begin a job in its midst",
+                          Refusal::unknown_command, 0);
+    }
+    const auto send = [&](std::uint32_t sequence) {
+        resume.sequence = sequence;
+        wire_.send(resume);
+    };
+    request(send, "open job in its midst");
+    ack_.reset();
+    job_refused_.reset();
+}
+
+std::optional<link::Position> CellClient::position() {
+    if (minor() < link::PositionRequest::kSince) {
+        return std::nullopt;
+    }
+    position_.reset();
+    const link::PositionRequest wanted{++token_};
+    const auto answered = [&] { return position_ && position_->token == wanted.token; };
+    if (!repeat_until([&] { wire_.send(wanted); }, answered)) {
+        throw LinkError("the cell does not tell how far its job has come");
+    }
+    return position_;
+}
+
+std::uint16_t CellClient::send_block(const link::Block& block) { return wire_.send(block); }
+
+std::optional<link::StreamMissing> CellClient::take_missing() { return std::exchange(missing_, std::nullopt); }
 
 MachineConfig CellClient::read_config() {
     std::vector<std::uint8_t> bytes;

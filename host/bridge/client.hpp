@@ -54,8 +54,17 @@ public:
     void set_map(const AxisMap& map);
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
-    /// Sends without waiting for an answer (`ack` will show it).
-    void send_block(const link::Block& block);
+    /// Opens a job that has been burnt in part; `sequence` is filled in. Throws CellRefused with unknown_command when
+    /// the controller speaks minor version 0, which has no such thing.
+    void resume_job(link::JobResume resume);
+    /// How far the controller knows the last job to have come. nullopt when it speaks minor version 0.
+    [[nodiscard]] std::optional<link::Position> position();
+    /// Sends without waiting for an answer (`ack` and `take_missing` will show it). Returns the message's counter.
+    std::uint16_t send_block(const link::Block& block);
+    /// What the cell has missed, once.
+    [[nodiscard]] std::optional<link::StreamMissing> take_missing();
+    /// The minor version of the protocol that both sides speak.
+    [[nodiscard]] std::uint8_t minor() const noexcept { return wire_.minor(); }
 
     /// Lets time pass: receives, answers, sends heartbeats. Returns true as soon as messages have been taken in, false
     /// at `until`. Throws LinkError when the carrier has closed or the cell has been silent for too long, Interrupted
@@ -101,6 +110,9 @@ private:
     void take(const link::JobRefused& message);
     void take(const link::Status& message);
     void take(const link::ConfigChunk& message);
+    void take(const link::Position& message) { position_ = message; }
+    void take(const link::StreamMissing& message) { missing_ = message; }
+    void say_hello();
     void shake_hands();
     void check_handshake() const;
     void keep_alive();
@@ -121,6 +133,9 @@ private:
     bool status_fresh_ = false;
     std::optional<Reply> reply_;
     std::optional<link::ConfigChunk> chunk_;
+    std::optional<link::Position> position_;
+    std::optional<link::StreamMissing> missing_;
+    std::uint32_t token_ = 0;
     std::optional<link::Status> status_;
     std::optional<link::StreamAck> ack_;
     std::optional<link::JobRefused> job_refused_;

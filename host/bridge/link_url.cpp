@@ -10,7 +10,7 @@
 namespace sc::host {
 namespace {
 
-constexpr std::string_view kForms = "use sim:, serial:/dev/ttyUSB0?baud=921600 or tcp:127.0.0.1:7000";
+constexpr std::string_view kForms = "use sim:, serial:/dev/ttyUSB0?baud=921600, tcp:127.0.0.1:7000 or lockstep:SOCKET";
 
 [[noreturn]] void refuse(const std::string& problem, std::string_view value) {
     throw InputError({.file = {}, .problem = problem, .value = std::string(value), .action = std::string(kForms)});
@@ -66,6 +66,9 @@ LinkUrl parse_link_url(const std::string& url) {
     }
     if (scheme == "sim" && rest.empty()) {
         return SimulatedUrl{};
+    }
+    if (scheme == "lockstep" && !rest.empty()) {
+        return LockStepUrl{std::string(rest)};
     }
     if (scheme == "serial" && colon != std::string_view::npos) {
         return serial_url(rest);

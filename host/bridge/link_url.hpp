@@ -8,6 +8,9 @@
 namespace sc::host {
 
 struct SimulatedUrl {};
+struct LockStepUrl {
+    std::string path;  ///< of the cell's socket
+};
 struct SerialUrl {
     std::string device;
     unsigned baud = 0;  ///< 0: as the device stands
@@ -16,7 +19,7 @@ struct TcpUrl {
     std::string host;
     std::uint16_t port = 0;
 };
-using LinkUrl = std::variant<SimulatedUrl, SerialUrl, TcpUrl>;
+using LinkUrl = std::variant<SimulatedUrl, LockStepUrl, SerialUrl, TcpUrl>;
 
 /// Takes a link's URL apart (open_transport.hpp lists them). Opens nothing. Throws InputError for an unknown scheme, a
 /// missing device, a port or a speed that is none, and for `can…`, which is not built yet.

@@ -4,11 +4,15 @@
 #include <utility>
 #include <vector>
 
+#include <sys/socket.h>
+#include <sys/un.h>
+
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/fd_transport.hpp"
 #include "host/bridge/link_url.hpp"
 #include "host/bridge/sim_transport.hpp"
+#include "host/bridge/unique_fd.hpp"
 #include "host/formats/error.hpp"
 
 namespace sc::host {
@@ -52,6 +56,41 @@ private:
     ChildProcess cell_;
     LockStepTransport link_;
 };
+
+/// A simulated cell that somebody else has started and that outlives this host.
+class LastingCell final : public Transport {
+public:
+    LastingCell(UniqueFd socket, const LockStepTransport::Options& options)
+        : socket_(std::move(socket)), link_(socket_.get(), options) {
+        link_.learn_time();
+    }
+    void send(std::span<const std::uint8_t> bytes) override { link_.send(bytes); }
+    std::size_t receive(std::span<std::uint8_t> out, HostTime until) override { return link_.receive(out, until); }
+    [[nodiscard]] HostTime now() const override { return link_.now(); }
+    [[nodiscard]] bool closed() const override { return link_.closed(); }
+
+private:
+    UniqueFd socket_;
+    LockStepTransport link_;
+};
+
+std::unique_ptr<Transport> open_lock_step(const std::string& path, const LinkOptions& options) {
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    if (path.size() >= sizeof(address.sun_path)) {
+        throw InputError(
+            {.file = path, .problem = "is too long for a socket's path", .value = {}, .action = "use a shorter one"});
+    }
+    path.copy(static_cast<char*>(address.sun_path), sizeof(address.sun_path) - 1);
+    UniqueFd socket(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): the form that connect wants
+    const auto* pointer = reinterpret_cast<const sockaddr*>(&address);
+    if (socket.get() < 0 || ::connect(socket.get(), pointer, sizeof(address)) != 0) {
+        throw LinkError("no cell listens at " + path + ": start one with scribecell-cell --lockstep " + path);
+    }
+    return std::make_unique<LastingCell>(std::move(socket),
+                                         LockStepTransport::Options{.jitter = options.jitter, .seed = options.seed});
+}
 
 std::vector<std::string> cell_arguments(const LinkOptions& options) {
     std::vector<std::string> words{"--lockstep-fd", std::to_string(ChildProcess::kChildSocket)};
@@ -108,6 +147,9 @@ std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOpti
     }
     if (const auto* tcp = std::get_if<TcpUrl>(&parsed)) {
         return open_tcp(tcp->host, tcp->port);
+    }
+    if (const auto* lasting = std::get_if<LockStepUrl>(&parsed)) {
+        return open_lock_step(lasting->path, options);
     }
     return start_simulated(options);
 }

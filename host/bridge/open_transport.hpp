@@ -33,6 +33,7 @@ struct LinkOptions {
 ///     sim:                          the simulated cell, started by this call, in lock-step virtual time
 ///     serial:/dev/ttyUSB0?baud=N    a serial line or pseudo-terminal (8N1; without baud the speed stays as it is)
 ///     tcp:127.0.0.1:7000            a cell on a TCP port
+///     lockstep:cell.socket          a simulated cell that listens there (scribecell-cell --lockstep), in virtual time
 ///
 /// Throws InputError for a URL that is none or names a carrier that is not built, LinkError when the cell cannot be
 /// reached. For `sim:` the returned carrier ends the cell when destroyed, and waits until its traces are written.

@@ -81,7 +81,8 @@ void become_program(const std::filesystem::path& program, const std::vector<std:
     fail(errno, "cannot start " + program.string());
 }
 
-ProgramOutput run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments) {
+ProgramOutput run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                          ProgramErrors errors) {
     std::array<int, 2> pipe{};
     if (::pipe2(pipe.data(), O_CLOEXEC) != 0) {
         fail(errno, "pipe");
@@ -92,6 +93,9 @@ ProgramOutput run_program(const std::filesystem::path& program, const std::vecto
     posix_spawn_file_actions_t actions{};
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_adddup2(&actions, writer.get(), STDOUT_FILENO);
+    if (errors == ProgramErrors::dropped) {
+        posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    }
     pid_t id = -1;
     const int failed = posix_spawn(&id, program.c_str(), &actions, nullptr, words.data(), environ);
     posix_spawn_file_actions_destroy(&actions);

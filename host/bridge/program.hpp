@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -18,9 +19,11 @@ struct ProgramOutput {
     std::string text;   ///< all that it wrote to stdout
 };
 
+enum class ProgramErrors : std::uint8_t { shown, dropped };  ///< what becomes of its stderr
+
 /// Runs a program to its end and takes what it writes to stdout; stderr goes where this program's goes. Throws
 /// std::system_error when the system refuses. Ctrl-C in the terminal reaches the program too.
-[[nodiscard]] ProgramOutput run_program(const std::filesystem::path& program,
-                                        const std::vector<std::string>& arguments);
+[[nodiscard]] ProgramOutput run_program(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+                                        ProgramErrors errors = ProgramErrors::shown);
 
 }  // namespace sc::host

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/session.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 #include <vector>
@@ -185,17 +186,96 @@ PreviewResult Session::preview(const StreamJob& job, std::uint32_t rounds) {
     return result;
 }
 
-void Session::mark(const StreamJob& job, Streamer& streamer) {
+void Session::mark(const StreamJob& job, Streamer& streamer, const ResumePoint& from) {
+    const auto items = static_cast<std::uint32_t>(job.items.size());
     enable_and_home();
     arm();
-    client_->open_job(job.hash, static_cast<std::uint32_t>(job.items.size()));
+    if (from.first == 0 && from.pulses == 0) {
+        client_->open_job(job.hash, items);
+    } else {
+        client_->resume_job({.job = job.hash,
+                             .items = items,
+                             .first = from.first,
+                             .hash_before = from.hash_before,
+                             .c = from.c,
+                             .path = from.path,
+                             .pass = from.pass,
+                             .pulse = from.pulses});
+        streamer.begin_at(from.first, {.sent = from.first,
+                                       .planned = from.first,
+                                       .fired = from.first,
+                                       .path = from.path,
+                                       .pass = from.pass,
+                                       .pulses = from.pulses});
+    }
     client_->command(link::Verb::start);
     step("scribing");
     streamer.run();
     disarm_and_disable();
 }
 
-RunResult Session::run(const StreamJob& job, Journal* journal) {
+Session::Standing Session::look(const StreamJob& job, const std::optional<JobProgress>& last) {
+    client_->pump_until([this] { return client_->status().has_value(); }, kFirstStatusLimit);
+    const auto items = static_cast<std::uint32_t>(job.items.size());
+    const std::optional<link::Position> told = client_->position();
+    Standing standing;
+    standing.place = known_place(told, last, job.hash, items);
+    const bool in_memory = standing.place.source == PlaceSource::controller;
+    const State state = client_->state();
+    const bool live = state == State::running || state == State::marking || state == State::stopping ||
+                      state == State::held || state == State::held_link;
+    const bool done = client_->status() && (client_->status()->flags & link::kFlagJobDone) != 0;
+    if (in_memory && live) {
+        standing.kind = Standing::Kind::under_way;
+    } else if ((in_memory && done) || standing.place.certain.fired == items) {
+        standing.kind = Standing::Kind::done;
+    }
+    return standing;
+}
+
+void Session::take_over(const StreamJob& job, Streamer& streamer, Journal* journal) {
+    step("going on with the job that an earlier host has begun");
+    const auto job_low = static_cast<std::uint32_t>(job.hash & 0xFFFFFFFFU);
+    const auto told = [&] { return client_->ack() && client_->ack()->job_low == job_low; };
+    if (!client_->pump_until(told, kFirstStatusLimit)) {
+        throw LinkError("the cell does not tell which items of the job it has");
+    }
+    const link::StreamAck& ack = *client_->ack();
+    JobProgress progress{.sent = ack.received,
+                         .planned = ack.planned,
+                         .fired = ack.fired,
+                         .path = ack.path,
+                         .pass = ack.pass,
+                         .pulses = ack.pulses};
+    if (const auto last = journal == nullptr ? std::nullopt : journal->last()) {
+        progress.sent = std::max(progress.sent, last->sent);
+    }
+    streamer.begin_at(ack.received, progress);
+    streamer.run();
+    disarm_and_disable();
+}
+
+void Session::finish(Journal* journal) {
+    if (journal != nullptr) {
+        journal->close(JobOutcome::done);
+    }
+    clear();
+    if (client_->state() == State::idle) {
+        disable();
+    }
+}
+
+RunResult Session::run(const StreamJob& job, Journal* journal) { return run(job, journal, {}); }
+
+RunResult Session::run(const StreamJob& job, Journal* journal, const ResumePoint& from) {
+    return run_guarded(job, journal, [&](Streamer& streamer) { mark(job, streamer, from); });
+}
+
+RunResult Session::rejoin(const StreamJob& job, Journal* journal) {
+    return run_guarded(job, journal, [&](Streamer& streamer) { take_over(job, streamer, journal); });
+}
+
+RunResult Session::run_guarded(const StreamJob& job, Journal* journal, const std::function<void(Streamer&)>& work) {
     const HostTime begun = client_->now();
     Streamer streamer(*client_, job, options_.stream, journal);
     streamer.on_progress(options_.on_progress);
@@ -215,7 +295,7 @@ RunResult Session::run(const StreamJob& job, Journal* journal) {
         close(outcome);
     };
     try {
-        mark(job, streamer);
+        work(streamer);
     } catch (const Interrupted&) {
         close_early(JobOutcome::aborted);
         throw;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "host/bridge/client.hpp"
+#include "host/bridge/resume.hpp"
 #include "host/bridge/streamer.hpp"
 #include "host/formats/journal.hpp"
 
@@ -46,6 +47,20 @@ public:
     /// Throws as Streamer::run and CellClient::wait_for do, after `make_safe`. The journal, if any, is closed: done,
     /// failed, or (after Interrupted) aborted.
     RunResult run(const StreamJob& job, Journal* journal);
+    /// How a job stands that an earlier host has begun.
+    struct Standing {
+        enum class Kind : std::uint8_t { under_way, done, broken_off };
+        Kind kind = Kind::broken_off;
+        KnownPlace place;  ///< of one that is broken off
+    };
+    /// Asks the cell. `last` is the journal's view.
+    [[nodiscard]] Standing look(const StreamJob& job, const std::optional<JobProgress>& last);
+    /// Takes over a job that is under way: streams on, resumes it if it is held, ends as `run` does.
+    RunResult rejoin(const StreamJob& job, Journal* journal);
+    /// Ends a job that is done: disarms and unpowers.
+    void finish(Journal* journal);
+    /// As above, from `from` on.
+    RunResult run(const StreamJob& job, Journal* journal, const ResumePoint& from);
     /// Powers and homes the axes, traces the job with the guide laser `rounds` times (0: until the stop check says so,
     /// which is then no error), unpowers. Throws as `run` does, after `make_safe`; CellError if the cell tells of a
     /// master oscillator, an open shutter, a gate or a pulse meanwhile.
@@ -61,7 +76,9 @@ public:
 
 private:
     void step(const std::string& what) const;
-    void mark(const StreamJob& job, Streamer& streamer);
+    void mark(const StreamJob& job, Streamer& streamer, const ResumePoint& from);
+    void take_over(const StreamJob& job, Streamer& streamer, Journal* journal);
+    RunResult run_guarded(const StreamJob& job, Journal* journal, const std::function<void(Streamer&)>& work);
     void home();
     void arm();
     void disarm_and_disable();

@@ -42,6 +42,7 @@ void Streamer::run() {
         check_refused();
         client_->check_fault();
         check_running();
+        resend_missing();
         resend_when_silent();
         send_window();
         resume_when_held();
@@ -54,6 +55,12 @@ void Streamer::run() {
     progress_.planned = progress_.fired = static_cast<std::uint32_t>(job_.items.size());
     record();
     report(true);
+}
+
+void Streamer::begin_at(std::uint32_t item, const JobProgress& progress) {
+    progress_ = progress;
+    received_ = sent_ = item;
+    progress_.sent = std::max(progress_.sent, item);
 }
 
 void Streamer::hear_out() {
@@ -74,6 +81,9 @@ void Streamer::take_ack() {
         moved_ = client_->now();
     }
     received_ = ack->received;
+    while (!unacknowledged_.empty() && unacknowledged_.begin()->second.end <= received_) {
+        unacknowledged_.erase(unacknowledged_.begin());
+    }
     free_ = ack->free_items;
     widest_ = std::max(widest_, free_);
     sent_ = std::max(sent_, received_);
@@ -93,7 +103,8 @@ std::uint32_t Streamer::window_end() const {
 void Streamer::send_window() {
     const std::uint32_t end = window_end();
     const bool again = sent_ < progress_.sent;
-    const bool worth_it = end == job_.items.size() || end - std::min(sent_, end) >= widest_ / kWindowParts;
+    const bool idle = sent_ == received_;
+    const bool worth_it = idle || end == job_.items.size() || end - std::min(sent_, end) >= widest_ / kWindowParts;
     if (sent_ >= end || !(again || worth_it)) {
         return;
     }
@@ -115,14 +126,53 @@ void Streamer::send_block(std::uint32_t end) {
         last = std::min(end, sent_ + options_.items_per_block);
     }
     const link::Block block = link::make_block(job_.hash, job_.items.first(last), sent_);
-    client_->send_block(block);
+    const std::uint16_t counter = client_->send_block(block);
+    unacknowledged_[sent_] = {sent_ + block.count, counter};
     sent_ += block.count;
 }
 
 void Streamer::resend_when_silent() {
-    if (sent_ > received_ && client_->now() - moved_ > options_.resend_after) {
+    if (sent_ <= received_ || client_->now() - moved_ <= options_.resend_after) {
+        return;
+    }
+    moved_ = client_->now();
+    if (client_->minor() < link::StreamMissing::kSince) {
         sent_ = received_;
-        moved_ = client_->now();
+        return;
+    }
+    // A block without items is answered with what is missing before it.
+    link::Block question;
+    question.job_low = static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU);
+    question.first = sent_;
+    client_->send_block(question);
+}
+
+void Streamer::resend_missing() {
+    const auto missing = client_->take_missing();
+    if (!missing || missing->job_low != static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU)) {
+        return;
+    }
+    const std::size_t runs = std::min<std::size_t>(missing->count, missing->from.size());
+    for (std::size_t i = 0; i < runs; ++i) {
+        resend(std::max(missing->from[i], received_), std::min(missing->until[i], sent_), missing->heard);
+    }
+}
+
+/// Blocks of which the cell would have heard, had they arrived: a carrier keeps order.
+void Streamer::resend(std::uint32_t from, std::uint32_t until, std::uint16_t heard) {
+    auto next = unacknowledged_.upper_bound(from);
+    if (next != unacknowledged_.begin()) {
+        --next;
+    }
+    for (; next != unacknowledged_.end() && next->first < until; ++next) {
+        Sent& sent = next->second;
+        const bool heard_later = static_cast<std::int16_t>(static_cast<std::uint16_t>(heard - sent.counter)) >= 0;
+        if (sent.end <= from || !heard_later) {
+            continue;
+        }
+        const link::Block block = link::make_block(job_.hash, job_.items.first(sent.end), next->first);
+        sent.counter = client_->send_block(block);
+        ++blocks_repeated_;
     }
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 
@@ -15,7 +16,7 @@ namespace sc::host {
 
 struct StreamOptions {
     std::uint32_t items_per_block = 0;       ///< 0: as many as a block can hold
-    Nanoseconds resend_after{60'000'000};    ///< without an answer that moves on, sending starts again at `received`
+    Nanoseconds resend_after{60'000'000};    ///< without an answer that moves on, the cell is asked what it has
     Nanoseconds journal_period{50'000'000};  ///< of the real clock, between records that no intent asks for
     /// Asked all along with the override in force; what it returns is set. Empty: never asked.
     std::function<std::optional<std::uint8_t>(std::uint8_t percent)> wanted_override{};
@@ -29,8 +30,9 @@ struct StreamJob {
 };
 
 /// Streams the items of an opened job: blocks within the controller's window, each item as often as the carrier needs
-/// and taken exactly once (the controller counts; its `received` is the only truth). What is about to be sent is
-/// written to the journal first, so that after any crash the journal's `sent` bounds what can have been burnt.
+/// and taken exactly once (the controller counts; its `received` is the only truth). What the cell has missed is sent
+/// again, alone; with a controller of minor version 0, which cannot tell, everything from there on. What is about to be
+/// sent is written to the journal first, so that after any crash the journal's `sent` bounds what can have been burnt.
 class Streamer {
 public:
     Streamer(CellClient& client, const StreamJob& job, const StreamOptions& options, Journal* journal);
@@ -38,12 +40,16 @@ public:
     /// Called about five times a second of the cell's time, and at the end.
     void on_progress(std::function<void(const Progress&)> listener) { on_progress_ = std::move(listener); }
 
+    /// The job goes on from here: the items before need not be sent. Before `run`.
+    void begin_at(std::uint32_t item, const JobProgress& progress);
+
     /// Streams until the cell reports the job done. A starved or silenced job that the cell holds is resumed. Throws
     /// CellFault, CellRefused (an item; `detail` is its number), LinkError, Interrupted; CellError when the cell has
     /// dropped the job.
     void run();
     /// Journal's view after the last message: for what is said when a job ends early.
     [[nodiscard]] const JobProgress& progress() const noexcept { return progress_; }
+    [[nodiscard]] std::uint64_t blocks_repeated() const noexcept { return blocks_repeated_; }
     /// Writes the present place to the journal, if it has moved since the last record.
     void record();
     /// After `run` has ended early: takes in what the cell still has to say on how far it came. Throws as the client's
@@ -55,6 +61,8 @@ private:
     void send_window();
     void send_block(std::uint32_t end);
     void resend_when_silent();
+    void resend_missing();
+    void resend(std::uint32_t from, std::uint32_t until, std::uint16_t heard);
     void resume_when_held();
     void change_override();
     void check_refused() const;
@@ -71,6 +79,13 @@ private:
     ProgressEstimate estimate_;
     std::function<void(const Progress&)> on_progress_;
 
+    /// A block on its way or lost, by its first item.
+    struct Sent {
+        std::uint32_t end = 0;
+        std::uint16_t counter = 0;  ///< of the message that carried it last
+    };
+    std::map<std::uint32_t, Sent> unacknowledged_;
+    std::uint64_t blocks_repeated_ = 0;
     std::uint32_t received_ = 0;
     std::uint32_t sent_ = 0;    ///< next item to send
     std::uint32_t free_;        ///< as the last ack says; a guess before the first

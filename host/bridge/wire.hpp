@@ -9,6 +9,7 @@
 
 #include "host/bridge/transport.hpp"
 #include "shared/link/counter.hpp"
+#include "shared/link/later_messages.hpp"
 #include "shared/link/messages.hpp"
 #include "shared/link/serial.hpp"
 
@@ -16,7 +17,7 @@ namespace sc::host {
 
 /// What a controller sends.
 using CellMessage = std::variant<link::HelloReply, link::CommandReply, link::StreamAck, link::JobRefused, link::Status,
-                                 link::ConfigChunk>;
+                                 link::ConfigChunk, link::Position, link::StreamMissing>;
 
 /// What the wire has cost so far; counted, never hidden.
 struct WireCounters {
@@ -35,13 +36,22 @@ public:
     /// `transport` must outlive the wire.
     explicit Wire(Transport& transport) noexcept : transport_(&transport) {}
 
+    /// Returns the message's counter.
     template <class Message>
-    void send(const Message& message) {
+    std::uint16_t send(const Message& message) {
         std::array<std::uint8_t, link::kSerialCapacity> frame{};
-        const std::size_t size = link::encode_serial(message, counter_++, frame);
+        const std::uint16_t counter = counter_++;
+        const std::size_t size = link::encode_serial(message, counter, frame, minor_);
         ++sent_;
         transport_->send(std::span(frame).first(size));
+        return counter;
     }
+    /// The minor version that both sides have agreed upon; the newest until then.
+    void set_minor(std::uint8_t minor) noexcept {
+        minor_ = minor;
+        receiver_.set_minor(minor);
+    }
+    [[nodiscard]] std::uint8_t minor() const noexcept { return minor_; }
     /// Waits for bytes or for `until`, and hands on the messages they complete. Returns how many there were (0 also
     /// when only a part of one has come).
     std::size_t receive(HostTime until, const std::function<void(const CellMessage&)>& handle);
@@ -52,6 +62,7 @@ private:
     link::SerialReceiver receiver_;
     link::CounterWatch watch_;
     std::uint16_t counter_ = 0;
+    std::uint8_t minor_ = link::kProtocolMinor;
     std::uint64_t sent_ = 0;
     std::uint64_t received_ = 0;
     std::uint64_t malformed_ = 0;

@@ -69,6 +69,14 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// them). Some minutes. `raw`: casting.csv, one row a casting.
 [[nodiscard]] std::vector<Figure> bench_casting(const BenchOptions& options);
 
+/// The link. By the program scribecell-link-bench, both real ends over mock carriers in virtual time: points/s with 1 %
+/// of the frames lost over the carrier's limit (*_share), bytes_per_point, resume_s, and a campaign judged by an oracle
+/// that knows only points (campaign_points, lost, doubled, reordered), with its ablations (go_back_n_share,
+/// no_index_check_wrong). Then 200 runs of a short job whose host is killed at a random moment and started again with
+/// --resume, against the undisturbed run's pulse trace (kill_*), and 20 losses of power (power_*). Some minutes. `raw`:
+/// resume.csv, one row a run.
+[[nodiscard]] std::vector<Figure> bench_link(const BenchOptions& options);
+
 /// Inspection of the casting in tests/data/casting-blank beside its peers, by the program scribecell-allowance-bench:
 /// speed against Embree, exactness against every triangle, signs against CGAL, fit, borrowing, published examples.
 /// Figures of a peer that was not there are left out, and said on stderr. `raw`: allowance.json with the absolute

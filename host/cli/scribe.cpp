@@ -32,6 +32,8 @@ constexpr const char* kExamples = R"(Examples:
       the example with the controller on a Cortex-M7 in QEMU; also prints what it cost in instructions
   scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite
       a cell on a serial line
+  scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite --resume
+      goes on with it after this program, the PC or the cell has died: each pulse once
 
 Exit codes: 0 burnt and found again, or previewed; 1 the cell or the job failed; 2 bad input, nothing has moved; 130 Ctrl-C.)";
 
@@ -63,6 +65,13 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
         ->check(CLI::Range(1, 1'000'000));
     app.add_flag("--json", o.json, "one JSON object on stdout, everything else on stderr");
     optional_option(app, "--svg", o.svg, "picture of what was burnt and of its deviations")->type_name("FILE");
+    app.add_flag(
+        "--resume", o.resume,
+        "go on with the job of the journal (--journal, or the one in the folder of --out) where it was broken off");
+    optional_option(app, "--confirm-uncertain", o.confirmed,
+                    "--resume after a loss of power: what the part shows of the stretch that is not certain, burnt, "
+                    "unburnt, or PATH/PASS/PULSES as counted")
+        ->type_name("WHAT");
     optional_option(app, "--journal", o.journal, "record of how far the job came; refused if it is another job's")
         ->type_name("FILE");
 }
@@ -70,7 +79,7 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
 void describe_cell(CLI::App& app, Words& words) {
     ScribeOptions& o = words.options;
     LinkOptions& link = o.link_options;
-    app.add_option("--link", o.link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    app.add_option("--link", o.link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT, lockstep:SOCKET")
         ->type_name("URL")
         ->capture_default_str();
     app.add_option("--board", link.board,

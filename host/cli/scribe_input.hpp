@@ -32,6 +32,8 @@ struct ScribeOptions {
     std::optional<std::uint32_t> rounds;  ///< of the preview; none: until it is stopped, in the simulated cell once
     bool json = false;
     bool reset_fault = false;
+    bool resume = false;                   ///< go on with the journal's job
+    std::optional<std::string> confirmed;  ///< what a person has found of an uncertain stretch
 };
 
 /// The files of a job, read and checked.

@@ -4,9 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <iostream>
 #include <memory>
 #include <random>
 #include <utility>
+#include <vector>
+
+#include <unistd.h>
 
 #include "host/bridge/stop.hpp"
 #include "host/calibration/galvo_model.hpp"
@@ -47,7 +51,7 @@ void check_fresh(const std::filesystem::path& file) {
     throw InputError({.file = file.string(),
                       .problem = "this job has been burnt already, up to item",
                       .value = std::to_string(fired) + " of " + std::to_string(summary.job.items),
-                      .action = "name a new journal to burn it again from its beginning"});
+                      .action = "--resume goes on with it; name a new journal to burn it again from its beginning"});
 }
 
 /// One run, with what its parts share.
@@ -89,7 +93,8 @@ private:
             link.record = *link.out / "inputs.rec";
         }
         const std::unique_ptr<Transport> transport = open_transport(options_.link, link);
-        CellClient client(*transport, {.session = draw_session(options_)});
+        const std::uint32_t session_number = session_to_open();
+        CellClient client(*transport, {.session = session_number});
         client.set_stop_check(stop_requested);
         client.connect();
         outcome_.machine = client.read_config();
@@ -104,6 +109,14 @@ private:
             folder_ = std::make_unique<RunFolder>(options_.link_options.out);
         }
         const std::unique_ptr<Journal> journal = open_journal();
+        if (options_.resume && read_journal(journal_file()).outcome == JobOutcome::done) {
+            printer_.step("the journal says that this job is done");
+            outcome_.state = "not run";
+            return;
+        }
+        if (journal) {
+            journal->note_session(session_number);
+        }
         SessionOptions session_options;
         session_options.stream.items_per_block = options_.points_per_block;
         session_options.stream.wanted_override = [this](std::uint8_t percent) { return pressed(percent); };
@@ -119,6 +132,21 @@ private:
     void mark(CellClient& client, Session& session, Journal* journal) {
         const HostTime begun = client.now();
         try {
+            const StreamJob job{outcome_.plan.hash, outcome_.plan.items, outcome_.plan.expected_seconds_estimate};
+            ResumePoint from;
+            if (options_.resume) {
+                const Session::Standing standing = session.look(job, journal->last());
+                if (standing.kind == Session::Standing::Kind::under_way) {
+                    outcome_.progress = session.rejoin(job, journal).progress;
+                } else if (standing.kind == Session::Standing::Kind::done) {
+                    session.finish(journal);
+                }
+                if (standing.kind != Session::Standing::Kind::broken_off) {
+                    outcome_.cell_seconds = static_cast<double>((client.now() - begun).count()) * 1e-9;
+                    return;
+                }
+                from = resume_point(job.items, found(standing.place));
+            }
             session.clear();
             client.set_compensation(compensation_of(input_.calibration));
             client.set_map(axis_map_of(input_.calibration));
@@ -134,11 +162,10 @@ private:
             } else if (client.status() && client.status()->override_percent != 100) {
                 note_override(client.status()->override_percent);
             }
-            const StreamJob job{outcome_.plan.hash, outcome_.plan.items, outcome_.plan.expected_seconds_estimate};
             if (options_.preview) {
                 outcome_.preview = session.preview(job, options_.rounds.value_or(is_simulated(options_.link) ? 1 : 0));
             } else {
-                outcome_.progress = session.run(job, journal).progress;
+                outcome_.progress = session.run(job, journal, from).progress;
             }
         } catch (const InputError&) {
             throw;
@@ -155,6 +182,54 @@ private:
             outcome_.progress = journal->last().value_or(JobProgress{});
         }
         outcome_.cell_seconds = static_cast<double>((client.now() - begun).count()) * 1e-9;
+    }
+
+    /// Where the job came to, by a person's word where nobody else can tell.
+    FiredPlace found(const KnownPlace& known) {
+        const std::vector<Item>& items = outcome_.plan.items;
+        if (known.exact()) {
+            return known.certain;
+        }
+        const std::string stretch = describe_uncertain(items, known);
+        printer_.step("not certain whether this is burnt: " + stretch);
+        std::optional<std::string> word = options_.confirmed;
+        if (!word && (::isatty(STDIN_FILENO) == 1)) {
+            std::fputs("look at the part; burnt, unburnt, or PATH/PASS/PULSES as counted? ", stderr);
+            std::string line;
+            if (std::getline(std::cin, line)) {
+                word = line;
+            }
+        }
+        if (!word) {
+            throw InputError({.file = journal_file().string(),
+                              .problem = "it is not certain whether this stretch is burnt",
+                              .value = stretch,
+                              .action = "look at the part, and say --confirm-uncertain burnt, unburnt or "
+                                        "PATH/PASS/PULSES as counted"});
+        }
+        return confirmed_place(items, known, *word);
+    }
+
+    [[nodiscard]] std::filesystem::path journal_file() const {
+        if (options_.journal) {
+            return *options_.journal;
+        }
+        if (options_.link_options.out) {
+            return *options_.link_options.out / "journal.sqlite";
+        }
+        throw InputError({.file = {},
+                          .problem = "--resume needs the journal of the job",
+                          .value = {},
+                          .action = "name it with --journal, or its folder with --out"});
+    }
+
+    [[nodiscard]] std::uint32_t session_to_open() const {
+        if (options_.resume) {
+            if (const auto earlier = read_journal(journal_file()).session) {
+                return *earlier;
+            }
+        }
+        return draw_session(options_);
     }
 
     void note_override(int percent) { printer_.step("feed override " + std::to_string(percent) + " %"); }
@@ -185,6 +260,10 @@ private:
         }
         const JournalJob job{outcome_.plan.hash, static_cast<std::uint32_t>(outcome_.plan.items.size()),
                              outcome_.job_name};
+        if (options_.resume) {
+            outcome_.journal = journal_file().string();
+            return std::make_unique<Journal>(journal_file(), job, JournalStart::resume);
+        }
         if (options_.journal) {
             auto journal = std::make_unique<Journal>(*options_.journal, job, JournalStart::resume);
             check_fresh(*options_.journal);

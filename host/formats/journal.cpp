@@ -85,6 +85,17 @@ std::optional<TimedProgress> latest_progress(Database& database, std::int64_t jo
                          query.text(7)};
 }
 
+/// A file that an older program has written has no such column.
+std::optional<std::uint32_t> session_of(Database& database, std::int64_t job) {
+    constexpr int kSince = 3;
+    if (database.version() < kSince) {
+        return std::nullopt;
+    }
+    Statement query = database.prepare("SELECT session FROM jobs WHERE id = ? AND session IS NOT NULL");
+    query.bind(1, job);
+    return query.step() ? std::optional(static_cast<std::uint32_t>(query.integer(0))) : std::nullopt;
+}
+
 std::int64_t add_job(Database& database, const JournalJob& job) {
     Statement insert = database.prepare("INSERT INTO jobs (hash, items, name, created) VALUES (?, ?, ?, ?)");
     insert.bind(1, std::bit_cast<std::int64_t>(job.hash)).bind(2, std::int64_t{job.items});
@@ -143,6 +154,12 @@ void Journal::record(const JobProgress& p) {
     static_cast<void>(insert.step());
 }
 
+void Journal::note_session(std::uint32_t session) {
+    Statement update = database_.prepare("UPDATE jobs SET session = ? WHERE id = ?");
+    update.bind(1, std::int64_t{session}).bind(2, job_row_);
+    static_cast<void>(update.step());
+}
+
 void Journal::close(JobOutcome outcome) { set_outcome(database_, job_row_, outcome); }
 
 std::optional<JobProgress> Journal::last() {
@@ -158,6 +175,7 @@ JournalSummary read_journal(const std::filesystem::path& path) {
                           .problem = "is a journal without a job",
                           .action = "name the journal of a job that was started"});
     }
+    latest->summary.session = session_of(database, latest->row);
     if (const auto progress = latest_progress(database, latest->row)) {
         latest->summary.last = progress->progress;
         latest->summary.last_time = progress->time;

@@ -37,6 +37,7 @@ struct JournalSummary {
     JournalJob job;
     std::string created;  ///< ISO 8601, UTC
     JobOutcome outcome = JobOutcome::open;
+    std::optional<std::uint32_t> session;  ///< of the link, in which the job was sent last
     std::optional<JobProgress> last;
     std::string last_time;  ///< of `last`; empty without it
 };
@@ -57,6 +58,8 @@ public:
 
     /// Adds a line. Cost: one synced write, some milliseconds: call it at most some ten times a second.
     void record(const JobProgress& progress);
+    /// The link's session in which the job is sent from now on.
+    void note_session(std::uint32_t session);
     /// Sets the job's outcome.
     void close(JobOutcome outcome);
     /// The job's latest line, if any.

@@ -47,7 +47,12 @@ CREATE TABLE measurements (
 CREATE INDEX measurements_of_job ON measurements (job, id);
 )sql";
 
-constexpr std::array kMigrations{kJobs, kMeasurements};
+/// So that a host that is started again can go on in the same session.
+constexpr std::string_view kSessions = R"sql(
+ALTER TABLE jobs ADD COLUMN session INTEGER;
+)sql";
+
+constexpr std::array kMigrations{kJobs, kMeasurements, kSessions};
 
 }  // namespace
 

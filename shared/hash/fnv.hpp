@@ -11,6 +11,9 @@ namespace sc {
 
 class Fnv1a64 {
 public:
+    constexpr Fnv1a64() noexcept = default;
+    /// Goes on from the value of an earlier one.
+    constexpr explicit Fnv1a64(std::uint64_t state) noexcept : state_(state) {}
     constexpr Fnv1a64& update(std::span<const std::uint8_t> bytes) noexcept {
         for (const std::uint8_t byte : bytes) {
             add(byte);

@@ -19,8 +19,8 @@
 ///     id u8 | counter u16 | payload | crc u32
 ///
 /// The CRC-32 covers a data id of 8 bytes that is not sent, then everything from id to the payload's end. The data id
-/// is the schema's hash: bytes of a peer that means something else by them fail the check. Hello and HelloReply have a
-/// data id that never changes, so that two peers of different schema can still tell each other so.
+/// is the hash of the agreed schema: bytes of a peer that means something else by them fail the check. Hello and
+/// HelloReply have a data id that never changes, so that two peers of different schema can still tell each other so.
 ///
 /// No heap; any context; cost proportional to the bytes.
 
@@ -44,12 +44,20 @@ constexpr Crc32 crc_after(std::uint64_t data_id) noexcept {
     ByteWriter(bytes).put(data_id);
     return Crc32{}.update(bytes);
 }
-inline constexpr Crc32 kSchemaCrc = crc_after(kSchemaHash);
+/// Of each minor version.
+inline constexpr std::array<Crc32, kSchemaHashes.size()> kSchemaCrc = [] {
+    std::array<Crc32, kSchemaHashes.size()> all{};
+    for (std::size_t minor = 0; minor < all.size(); ++minor) {
+        all[minor] = crc_after(kSchemaHashes[minor]);
+    }
+    return all;
+}();
 inline constexpr Crc32 kHandshakeCrc = crc_after(fnv1a64("scribecell handshake"));
 
-[[nodiscard]] constexpr std::uint32_t message_crc(std::span<const std::uint8_t> id_to_payload) noexcept {
+[[nodiscard]] constexpr std::uint32_t message_crc(std::span<const std::uint8_t> id_to_payload,
+                                                  std::uint8_t minor) noexcept {
     const bool handshake = id_to_payload[0] == Hello::kId || id_to_payload[0] == HelloReply::kId;
-    Crc32 crc = handshake ? kHandshakeCrc : kSchemaCrc;
+    Crc32 crc = handshake ? kHandshakeCrc : kSchemaCrc[minor];
     return crc.update(id_to_payload).value();
 }
 
@@ -110,10 +118,11 @@ struct FieldReader {
 }  // namespace codec_detail
 
 /// Size of the encoded message, at the start of `out`; 0 when it does not fit or a run of bytes claims more than it can
-/// hold (`out` is then unspecified).
+/// hold (`out` is then unspecified). `minor`, here and below: the version that both sides have agreed upon.
 template <class Message>
 [[nodiscard]] constexpr std::size_t encode_message(const Message& message, std::uint16_t counter,
-                                                   std::span<std::uint8_t> out) noexcept {
+                                                   std::span<std::uint8_t> out,
+                                                   std::uint8_t minor = kProtocolMinor) noexcept {
     static_assert(largest_payload<Message>() <= kPayloadCapacity);
     ByteWriter writer(out);
     writer.put(Message::kId);
@@ -123,18 +132,19 @@ template <class Message>
     if (!writer.ok()) {
         return 0;
     }
-    writer.put(codec_detail::message_crc(writer.written()));
+    writer.put(codec_detail::message_crc(writer.written(), minor));
     return writer.ok() ? writer.size() : 0;
 }
 
 /// Checks length and checksum. Nothing for bytes that are no message of this schema.
-[[nodiscard]] constexpr std::optional<Envelope> open_message(std::span<const std::uint8_t> bytes) noexcept {
+[[nodiscard]] constexpr std::optional<Envelope> open_message(std::span<const std::uint8_t> bytes,
+                                                             std::uint8_t minor = kProtocolMinor) noexcept {
     if (bytes.size() < kMessageOverhead || bytes.size() > kMessageCapacity) {
         return std::nullopt;
     }
     const auto covered = bytes.first(bytes.size() - 4);
     ByteReader crc(bytes.last(4));
-    if (crc.get<std::uint32_t>() != codec_detail::message_crc(covered)) {
+    if (crc.get<std::uint32_t>() != codec_detail::message_crc(covered, minor)) {
         return std::nullopt;
     }
     ByteReader head(covered);

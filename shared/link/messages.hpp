@@ -9,13 +9,14 @@
 /// Messages between host and controller. Each has a number, a name and one visitor, from which encoder, decoder and the
 /// schema's hash are all made (codec.hpp, schema.hpp). The order of fields is the order on the wire; integers are
 /// little-endian, doubles IEEE 754 bits. To change a message is to change the hash, and both sides refuse to talk to
-/// another hash. Hello and HelloReply alone must stay as they are, since they carry the hash to a peer that has
-/// another.
+/// another hash. What a minor version adds is in later_messages.hpp. Hello and HelloReply alone must stay as they are,
+/// since they carry the hash to a peer that has another.
 
 namespace sc::link {
 
 inline constexpr std::uint8_t kProtocolMajor = 1;
-inline constexpr std::uint8_t kProtocolMinor = 0;
+/// Newest minor version; every older one of this major is understood too.
+inline constexpr std::uint8_t kProtocolMinor = 1;
 /// Largest payload of one message.
 inline constexpr std::size_t kPayloadCapacity = 240;
 

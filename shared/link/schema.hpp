@@ -4,12 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <type_traits>
 
 #include "shared/hash/fnv.hpp"
 #include "shared/link/config.hpp"
+#include "shared/link/later_messages.hpp"
 #include "shared/link/map_codec.hpp"
 #include "shared/link/messages.hpp"
 #include "shared/path/block.hpp"
@@ -23,8 +25,10 @@ struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
-                                 SetMap, SetGalvoField, SetPowerCurve, SetGalvoLag>;
-using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk>;
+                                 SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest,
+                                 SetGalvoLag>;
+using CellMessages =
+    MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position, StreamMissing>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>
@@ -116,19 +120,44 @@ struct Sizer {
 
 }  // namespace schema_detail
 
-/// Hash over the number, name, field names and field types of every message, the protocol's major version, and the
-/// versions of the block grammar, of the machine configuration's layout and of the axis map's.
-[[nodiscard]] constexpr std::uint64_t schema_hash() noexcept {
+/// Hash over the number, name, field names and field types of every message that a minor version has, the protocol's
+/// major version, and the versions of the block grammar, of the machine configuration's layout and of the axis map's.
+[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor = kProtocolMinor) noexcept {
     schema_detail::Hasher hasher;
     hasher.number(kProtocolMajor);
     hasher.number(kBlockGrammarVersion);
     hasher.number(kConfigVersion);
     hasher.number(kMapVersion);
-    for_each_message(HostMessages{}, [&hasher](const auto& m) noexcept { hasher.message(m); });
-    for_each_message(CellMessages{}, [&hasher](const auto& m) noexcept { hasher.message(m); });
+    const auto add = [&hasher, minor]<class Message>(const Message& m) noexcept {
+        if (since<Message>() <= minor) {
+            hasher.message(m);
+        }
+    };
+    for_each_message(HostMessages{}, add);
+    for_each_message(CellMessages{}, add);
     return hasher.hash.value();
 }
 inline constexpr std::uint64_t kSchemaHash = schema_hash();
+
+/// Hash of each minor version, from 0.
+inline constexpr std::array<std::uint64_t, kProtocolMinor + 1> kSchemaHashes = [] {
+    std::array<std::uint64_t, kProtocolMinor + 1> hashes{};
+    for (std::size_t minor = 0; minor < hashes.size(); ++minor) {
+        hashes[minor] = schema_hash(static_cast<std::uint8_t>(minor));
+    }
+    return hashes;
+}();
+static_assert(kSchemaHashes[0] == 0xA37B'BB52'C31C'7BBCULL, "what minor version 0 had must stay as it was");
+
+/// The minor version that a peer's schema is of; none for a schema that is not known here.
+[[nodiscard]] constexpr std::optional<std::uint8_t> minor_of(std::uint64_t schema) noexcept {
+    for (std::size_t minor = 0; minor < kSchemaHashes.size(); ++minor) {
+        if (kSchemaHashes[minor] == schema) {
+            return static_cast<std::uint8_t>(minor);
+        }
+    }
+    return std::nullopt;
+}
 
 /// Bytes of the message's longest payload.
 template <class Message>

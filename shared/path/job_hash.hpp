@@ -14,6 +14,9 @@ namespace sc {
 /// items were cut into blocks. Host and controller each make their own; JobOpen::job carries the host's.
 class JobHasher {
 public:
+    JobHasher() noexcept = default;
+    /// Goes on behind items whose hash is `before`.
+    explicit JobHasher(std::uint64_t before) noexcept : hash_(before) {}
     /// At most ten steps. Any context.
     void add(const Item& item) noexcept;
     [[nodiscard]] std::uint64_t value() const noexcept { return hash_.value(); }

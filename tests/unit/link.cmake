@@ -28,3 +28,6 @@ sc_test(unit_firmware_link LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/job_stream_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/reply_memory_test.cpp
   DEPS firmware_link shared_link)
+sc_test(unit_sim_carrier LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/boards/sim/carrier/carrier_test.cpp
+  DEPS boards_sim_carrier shared_link)

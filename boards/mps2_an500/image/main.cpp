@@ -16,10 +16,11 @@ using namespace sc::mps2_an500;
 
 MachineConfig machine;
 ServoOutputs outputs;
+RetainedMemory retained;  // as on a board with a battery, so that its cost is counted
 alignas(Controller) std::array<std::byte, sizeof(Controller)> controller_memory;
 
 Controller& make_controller(std::uint32_t boot_id) noexcept {
-    return *::new (controller_memory.data()) Controller(machine, boot_id);
+    return *::new (controller_memory.data()) Controller(machine, boot_id, &retained);
 }
 
 /// The PC's machine; without an understandable one nothing may run.

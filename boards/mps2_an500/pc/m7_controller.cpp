@@ -236,7 +236,8 @@ std::vector<std::uint32_t> M7Controller::count_loops() {
 }
 
 sim::MakeController make_m7_controller(const M7Options& options) {
-    return [options](const MachineConfig& machine, std::uint32_t boot_id) {
+    // What the board retains lies in its own memory.
+    return [options](const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* /*retained*/) {
         return std::make_unique<M7Controller>(options, machine, boot_id);
     };
 }

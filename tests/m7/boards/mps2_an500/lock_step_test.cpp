@@ -84,7 +84,7 @@ TEST(LockStep, FaultsAreTheSameToo) {
 TEST(LockStep, DigestSeesASingleBit) {
     // What the equality above is worth: another boot number changes one message, and so the digest.
     const auto make = [](const MachineConfig& machine, std::uint32_t boot_id) {
-        return sim::make_local_controller(machine, boot_id + 1);
+        return sim::make_local_controller(machine, boot_id + 1, retained);
     };
     EXPECT_NE(burn(sim::make_local_controller).outputs, burn(make).outputs);
 }

@@ -139,6 +139,8 @@ private:
     void take(const link::JobRefused& message) { refused = message; }
     void take(const link::Status& message) { status = message; }
     void take(const link::ConfigChunk&) {}
+    void take(const link::Position&) {}
+    void take(const link::StreamMissing&) {}
 
     SimCell* cell_;
     std::uint16_t counter_ = 0;

@@ -50,6 +50,8 @@ void CellRig::receive() {
                 rig.ack_ = m;
             }
             void operator()(const link::ConfigChunk& /*m*/) const {}
+            void operator()(const link::Position& m) const { rig.position_ = m; }
+            void operator()(const link::StreamMissing& /*m*/) const {}
         };
         (void)link::dispatch(link::CellMessages{}, envelope, Handler{*this});
     });

@@ -94,6 +94,7 @@ private:
     link::Status status_;
     link::StreamAck ack_;
     std::optional<link::JobRefused> refused_;
+    std::optional<link::Position> position_;
     bool connected_ = false;
     bool speaking_ = true;
     std::uint64_t job_ = 0;

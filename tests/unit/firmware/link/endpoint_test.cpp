@@ -2,6 +2,7 @@
 #include "firmware/link/endpoint.hpp"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -95,6 +96,77 @@ TEST_F(EndpointTest, HelloIsRefusedWithItsReason) {
         EXPECT_EQ(next().kind, Kind::none);
     }
     EXPECT_EQ(endpoint.counters().hellos_refused, cases.size());
+}
+
+TEST_F(EndpointTest, AHostOfTheOlderMinorVersionIsUnderstoodAndSpokenToInItsWords) {
+    Hello hello = hello_of(7);
+    hello.schema = kSchemaHashes[0];
+    hello.minor = 0;
+    host.send(endpoint, tick, hello);
+    EXPECT_EQ(next().kind, Kind::session_open);
+    host.set_minor(0);
+    host.collect(endpoint);
+    ASSERT_EQ(host.hellos.size(), 1U);
+    EXPECT_EQ(host.hellos[0].refusal, 0U);
+    EXPECT_EQ(host.hellos[0].schema, kSchemaHashes[0]);
+    EXPECT_EQ(host.hellos[0].minor, 0U);
+    EXPECT_EQ(endpoint.minor(), 0U);
+    host.send(endpoint, tick, Command{1, static_cast<std::uint8_t>(Verb::home), 0, 0, 0});
+    EXPECT_EQ(next().kind, Kind::command);
+    open_job(100);
+    host.send(endpoint, tick, make_block(job, items, 10));
+    host.collect(endpoint);
+    EXPECT_EQ(host.acks.size(), 1U);
+    EXPECT_TRUE(host.missing.empty()) << "it would not know what that is";
+    EXPECT_EQ(host.frames_bad(), 0U);
+}
+
+TEST_F(EndpointTest, AGapIsToldWithTheNewestMessageHeard) {
+    connect();
+    open_job(200);
+    host.send(endpoint, tick, make_block(job, std::span(items).first(40), 20));
+    host.collect(endpoint);
+    ASSERT_EQ(host.missing.size(), 1U);
+    EXPECT_EQ(host.missing[0].count, 1U);
+    EXPECT_EQ(host.missing[0].from[0], 0U);
+    EXPECT_EQ(host.missing[0].until[0], 20U);
+    const std::uint16_t heard = host.missing[0].heard;
+    host.clear();
+    host.send(endpoint, tick, Heartbeat{1});
+    host.collect(endpoint);
+    EXPECT_TRUE(host.missing.empty()) << "told once for each block";
+    host.send(endpoint, tick, make_block(job, std::span(items).first(60), 50));
+    host.collect(endpoint);
+    ASSERT_EQ(host.missing.size(), 1U);
+    EXPECT_EQ(host.missing[0].count, 2U);
+    EXPECT_EQ(host.missing[0].heard, heard + 2);
+}
+
+TEST_F(EndpointTest, AJobBegunInItsMidstIsAcknowledgedFromThere) {
+    connect();
+    open_job(50);
+    const std::uint64_t before = sc::job_hash(std::span(items).first(20));
+    endpoint.resume_job({.job = job, .items = 50, .first = 20, .hash_before = before});
+    host.send(endpoint, tick, make_block(job, items, 20));
+    advance(30);
+    EXPECT_EQ(host.acks.back().received, 50U);
+    EXPECT_EQ(host.acks.back().fired, 20U);
+    EXPECT_TRUE(endpoint.job_hash_ok());
+}
+
+TEST_F(EndpointTest, AQuestionForThePositionIsAnsweredWithItsToken) {
+    connect();
+    host.send(endpoint, tick, PositionRequest{17});
+    const LinkEvent event = next();
+    ASSERT_EQ(event.kind, Kind::position_request);
+    Position position;
+    position.token = event.position_request.token;
+    position.pulses = 812;
+    endpoint.position(position);
+    host.collect(endpoint);
+    ASSERT_EQ(host.positions.size(), 1U);
+    EXPECT_EQ(host.positions[0].token, 17U);
+    EXPECT_EQ(host.positions[0].pulses, 812U);
 }
 
 TEST_F(EndpointTest, TheShortestAndLongestTimeoutsAreTaken) {
@@ -323,7 +395,7 @@ TEST_F(EndpointTest, EveryBlockIsAcknowledged) {
     EXPECT_GT(received, 20U);
     host.acks.erase(host.acks.begin(), host.acks.end() - 1);
     EXPECT_EQ(host.acks[0].job_low, static_cast<std::uint32_t>(job & 0xFFFFFFFFU));
-    EXPECT_EQ(host.acks[0].free_items, sc::ItemQueue::capacity() - received);
+    EXPECT_EQ(host.acks[0].free_items, JobStream::kKept * std::size_t{received}) << "as many blocks of this size";
     host.send(endpoint, tick, make_block(job, items, received + 1));
     host.collect(endpoint);
     ASSERT_EQ(host.acks.size(), 2U) << "a gap is acknowledged with the item wanted";

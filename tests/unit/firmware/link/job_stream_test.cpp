@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/link/job_stream.hpp"
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -64,9 +65,9 @@ TEST_F(JobStreamTest, TakesNothingTwiceAndNothingEarly) {
     EXPECT_EQ(stream->blocks_ahead(), 1U);
     EXPECT_EQ(take(part(items, 0, 4)), Taken::stored);
     EXPECT_EQ(take(part(items, 1, 3)), Taken::known);
-    EXPECT_EQ(stream->items_repeated(), 3U);
+    EXPECT_EQ(stream->items_repeated(), 5U) << "the two that came ahead, and three again";
     EXPECT_EQ(take(part(items, 2, 5)), Taken::stored);
-    EXPECT_EQ(stream->items_repeated(), 5U);
+    EXPECT_EQ(stream->items_repeated(), 7U);
     EXPECT_EQ(stream->received(), 7U);
     EXPECT_EQ(stream->items().size(), 7U);
 }
@@ -88,19 +89,100 @@ TEST_F(JobStreamTest, TakesWhatThereIsRoomFor) {
 
 TEST_F(JobStreamTest, KeepsAFewBlocksAndReadsThemAsSlowlyAsItIsTold) {
     open(100);
-    for (std::uint32_t block = 0; block < 8; ++block) {
+    for (std::uint32_t block = 0; block < JobStream::kKept; ++block) {
         EXPECT_EQ(stream->take(part(items, 5 * block, 5)), Taken::stored);
     }
-    EXPECT_EQ(stream->take(part(items, 40, 5)), Taken::full);
+    EXPECT_EQ(stream->take(part(items, 80, 5)), Taken::full);
     EXPECT_EQ(stream->received(), 0U);
     for (std::uint32_t step = 1; step <= 4; ++step) {
         stream->step(3);
         EXPECT_LE(stream->received(), 3 * step);
         EXPECT_GE(stream->received(), 2 * step) << "the end of a block costs a step too";
     }
-    EXPECT_EQ(stream->take(part(items, 40, 5)), Taken::stored);
+    EXPECT_EQ(stream->take(part(items, 80, 5)), Taken::stored);
     stream->step(100);
+    EXPECT_EQ(stream->received(), 85U);
+}
+
+TEST_F(JobStreamTest, KeepsWhatComesAheadAndListsTheGaps) {
+    open(100);
+    EXPECT_EQ(take(part(items, 10, 10)), Taken::ahead);
+    EXPECT_EQ(take(part(items, 40, 5)), Taken::ahead);
+    EXPECT_EQ(take(part(items, 20, 5)), Taken::ahead);
+    std::array<JobStream::Gap, 4> gaps{};
+    ASSERT_EQ(stream->missing(gaps), 2U);
+    EXPECT_EQ(gaps[0].from, 0U);
+    EXPECT_EQ(gaps[0].until, 10U);
+    EXPECT_EQ(gaps[1].from, 25U);
+    EXPECT_EQ(gaps[1].until, 40U);
+    EXPECT_EQ(stream->received(), 0U);
+    EXPECT_EQ(take(part(items, 0, 10)), Taken::stored);
+    EXPECT_EQ(stream->received(), 25U);
+    EXPECT_EQ(take(part(items, 25, 15)), Taken::stored);
     EXPECT_EQ(stream->received(), 45U);
+    EXPECT_EQ(stream->missing(gaps), 0U);
+    EXPECT_EQ(stream->items_repeated(), 0U);
+}
+
+TEST_F(JobStreamTest, ABlockThatClosesAGapAlwaysFindsRoom) {
+    open(200);
+    for (std::uint32_t i = 1; i < 40; ++i) {
+        (void)stream->take(part(items, 5 * i, 5));
+    }
+    EXPECT_EQ(take(part(items, 0, 5)), Taken::stored);
+    EXPECT_GE(stream->received(), 5U * (JobStream::kKept - 1));
+}
+
+TEST_F(JobStreamTest, AQuestionShowsWhatIsMissingBeforeItAndTakesOnePlace) {
+    open(100);
+    EXPECT_EQ(take(part(items, 0, 10)), Taken::stored);
+    Block question;
+    question.job_low = stream->job_low();
+    question.first = 30;
+    for (int i = 0; i < 40; ++i) {
+        (void)take(question);
+    }
+    std::array<JobStream::Gap, 4> gaps{};
+    ASSERT_EQ(stream->missing(gaps), 1U);
+    EXPECT_EQ(gaps[0].from, 10U);
+    EXPECT_EQ(gaps[0].until, 30U);
+    EXPECT_EQ(take(part(items, 10, 20)), Taken::stored);
+    EXPECT_EQ(take(part(items, 30, 35)), Taken::stored);
+    EXPECT_EQ(take(part(items, 65, 35)), Taken::stored);
+    EXPECT_TRUE(stream->hash_ok());
+}
+
+TEST_F(JobStreamTest, GoesOnInTheMidstOfAJobAndStillVerifiesItsHash) {
+    items = turns(50);
+    const std::vector<Item> before(items.begin(), items.begin() + 20);
+    const auto begin = [&](std::uint64_t hash_before) {
+        stream->open_at(sc::job_hash(items), 50, {20, hash_before});
+        EXPECT_EQ(take(part(items, 10, 15)), Taken::stored);
+        EXPECT_EQ(take(part(items, 25, 25)), Taken::stored);
+    };
+    begin(sc::job_hash(before));
+    EXPECT_TRUE(stream->hash_ok());
+    EXPECT_EQ(stream->items().size(), 30U);
+    EXPECT_EQ(*stream->items().front(), items[20]);
+    begin(sc::job_hash(before) + 1);
+    EXPECT_EQ(stream->refused().refusal, static_cast<std::uint16_t>(Refusal::job_mismatch));
+}
+
+TEST_F(JobStreamTest, WithoutItsRulesItIsWorse) {
+    items = turns(10);
+    JobStream back({.keeps_ahead = false});
+    back.open(sc::job_hash(items), 10);
+    EXPECT_EQ(back.take(part(items, 5, 5)), Taken::ahead);
+    EXPECT_EQ(back.take(part(items, 0, 5)), Taken::stored);
+    back.step(100);
+    EXPECT_EQ(back.received(), 5U) << "what was ahead is gone";
+    JobStream blind({.checks_index = false});
+    blind.open(sc::job_hash(items), 10);
+    for (int i = 0; i < 2; ++i) {
+        EXPECT_EQ(blind.take(part(items, 0, 4)), Taken::stored);
+        blind.step(100);
+    }
+    EXPECT_EQ(blind.items().size(), 8U) << "taken twice";
 }
 
 TEST_F(JobStreamTest, DropsBlocksOfAnotherJobAndWithoutAJob) {

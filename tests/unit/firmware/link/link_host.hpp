@@ -17,12 +17,16 @@ public:
     template <class Message>
     std::vector<std::uint8_t> framed(const Message& message) {
         std::vector<std::uint8_t> bytes(kSerialCapacity);
-        bytes.resize(encode_serial(message, counter_++, bytes));
+        bytes.resize(encode_serial(message, counter_++, bytes, minor_));
         return bytes;
     }
     template <class Message>
     void send(Endpoint& endpoint, std::int64_t tick, const Message& message) {
         endpoint.receive(tick, framed(message));
+    }
+    void set_minor(std::uint8_t minor) {
+        minor_ = minor;
+        receiver_.set_minor(minor);
     }
     void set_counter(std::uint16_t counter) { counter_ = counter; }
 
@@ -48,6 +52,8 @@ public:
         refused.clear();
         statuses.clear();
         chunks.clear();
+        positions.clear();
+        missing.clear();
         order.clear();
     }
 
@@ -57,6 +63,8 @@ public:
     std::vector<JobRefused> refused;
     std::vector<Status> statuses;
     std::vector<ConfigChunk> chunks;
+    std::vector<Position> positions;
+    std::vector<StreamMissing> missing;
     std::vector<std::uint8_t> order;
     std::vector<std::uint16_t> counters;
     int malformed = 0;
@@ -70,9 +78,12 @@ private:
     void keep(const JobRefused& m) { refused.push_back(m); }
     void keep(const Status& m) { statuses.push_back(m); }
     void keep(const ConfigChunk& m) { chunks.push_back(m); }
+    void keep(const Position& m) { positions.push_back(m); }
+    void keep(const StreamMissing& m) { missing.push_back(m); }
 
     SerialReceiver receiver_;
     std::uint16_t counter_ = 0;
+    std::uint8_t minor_ = kProtocolMinor;
 };
 
 inline Hello hello_of(std::uint32_t session, std::uint16_t timeout_ms = 100) {

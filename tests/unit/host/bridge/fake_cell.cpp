@@ -44,7 +44,7 @@ void FakeCell::say(const Message& message) {
         return;
     }
     std::array<std::uint8_t, link::kSerialCapacity> frame{};
-    const std::size_t size = link::encode_serial(message, counter_++, frame);
+    const std::size_t size = link::encode_serial(message, counter_++, frame, minor);
     post(std::span(frame).first(size), false);
 }
 
@@ -56,6 +56,7 @@ void FakeCell::deliver(const Parcel& parcel) {
         return;
     }
     receiver_.receive(parcel.bytes, [this](const link::Envelope& envelope) {
+        heard_ = envelope.counter;
         link::dispatch(link::HostMessages{}, envelope, [this](const auto& message) { take(message); });
     });
 }
@@ -162,13 +163,21 @@ void FakeCell::answer(std::uint32_t sequence, Refusal refusal) {
 void FakeCell::take(const link::Hello& m) {
     ++hellos;
     const auto bytes = config_bytes(machine);
-    link::HelloReply reply{.schema = schema, .session = m.session, .boot = 7};
+    link::HelloReply reply{.schema = schema, .minor = minor, .session = m.session, .boot = 7};
     reply.refusal = static_cast<std::uint16_t>(m.schema == schema ? Refusal::none : Refusal::schema_mismatch);
+    receiver_.set_minor(minor);
     reply.config_bytes = static_cast<std::uint16_t>(bytes.size());
     reply.config_crc = crc32(bytes);
     reply.last_sequence = session_ == m.session && last_reply_ ? last_reply_->sequence : 0;
     session_ = m.session;
     say(reply);
+}
+
+void FakeCell::take(const link::PositionRequest& m) { say(link::Position{.token = m.token}); }
+
+void FakeCell::take(const link::JobResume& m) {
+    resumed = m;
+    answer(m.sequence, Refusal::none);
 }
 
 void FakeCell::take(const link::Heartbeat& /*m*/) { heartbeats.push_back(now_); }
@@ -243,6 +252,12 @@ void FakeCell::take(const link::Block& m) {
         ++number;
     }
     say_ack();
+    if (m.first > taken.size() && minor > 0) {
+        link::StreamMissing missing{.job_low = m.job_low, .heard = heard_, .count = 1};
+        missing.from[0] = static_cast<std::uint32_t>(taken.size());
+        missing.until[0] = m.first;
+        say(missing);
+    }
 }
 
 void FakeCell::take(const link::SetCompensation& m) {

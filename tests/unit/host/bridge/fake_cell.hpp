@@ -44,6 +44,7 @@ public:
     bool unplugged = false;
     bool mute = false;  ///< takes everything, says nothing
     std::uint64_t schema = link::kSchemaHash;
+    std::uint8_t minor = link::kProtocolMinor;
     MachineConfig machine = reference_machine();
     std::uint32_t capacity = 64;
     std::uint32_t items_per_period = 8;  ///< planned and fired every 20 ms while running
@@ -74,6 +75,7 @@ public:
     std::int32_t override_percent = 100;
     std::vector<std::uint8_t> map;  ///< pieces so far
     link::SetMap set_map;
+    std::optional<link::JobResume> resumed;
     int maps_set = 0;
 
 private:
@@ -99,6 +101,8 @@ private:
 
     void take(const link::Hello& m);
     void take(const link::Heartbeat& m);
+    void take(const link::PositionRequest& m);
+    void take(const link::JobResume& m);
     void take(const link::Command& m);
     void take(const link::JobOpen& m);
     void take(const link::Block& m);
@@ -119,6 +123,7 @@ private:
     std::vector<std::uint8_t> arrived_;
     link::SerialReceiver receiver_;
     std::uint16_t counter_ = 0;
+    std::uint16_t heard_ = 0;
     std::uint32_t session_ = 0;
     std::optional<link::CommandReply> last_reply_;
     std::uint64_t job_ = 0;

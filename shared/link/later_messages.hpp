@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+/// Messages that minor versions have added. A minor version only adds messages, never changes one, so two peers talk
+/// with those of the older of them (schema.hpp has a hash for each minor version). `kSince` is the first that has it.
+
+namespace sc::link {
+
+/// The first minor version that has a message.
+template <class Message>
+[[nodiscard]] constexpr std::uint8_t since() noexcept {
+    if constexpr (requires { Message::kSince; }) {
+        return Message::kSince;
+    } else {
+        return 0;
+    }
+}
+
+// --- host to controller -------------------------------------------------------------------------------------------
+
+/// Opens a job that has been burnt in part: the items before `first` are done and do not come, item `first` begins the
+/// path of whose pulses those before `pulse` are done. Answered by CommandReply. The hash of what comes must end in
+/// the job's, from `hash_before` on.
+struct JobResume {
+    static constexpr std::uint8_t kId = 12;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "job_resume";
+    std::uint32_t sequence = 0;
+    std::uint64_t job = 0;          ///< hash of all the job's items
+    std::uint32_t items = 0;        ///< all of the job
+    std::uint32_t first = 0;        ///< a path_begin, a turn or job_end
+    std::uint64_t hash_before = 0;  ///< of the items before `first`
+    std::int32_t c = 0;             ///< angle of C that `first` begins at, wire units
+    std::uint32_t path = 0;         ///< the first path and its pass, if it is burnt in part
+    std::uint8_t pass = 0;
+    std::uint32_t pulse = 0;  ///< pulses of it that are done: the first to fire has this number
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("job", m.job), v("items", m.items), v("first", m.first);
+        v("hash_before", m.hash_before), v("c", m.c), v("path", m.path), v("pass", m.pass);
+        v("pulse", m.pulse);
+    }
+};
+
+/// Asks how far the last job came. Answered by Position with the same token.
+struct PositionRequest {
+    static constexpr std::uint8_t kId = 13;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "position_request";
+    std::uint32_t token = 0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("token", m.token);
+    }
+};
+
+// --- controller to host -------------------------------------------------------------------------------------------
+
+/// How far a job has come, for a host that lost sight of it. Pulses up to the first position have left for certain,
+/// none beyond the second has; the two are equal but for a moment while light is on, and after a fault or a loss of
+/// power that came then.
+struct Position {
+    static constexpr std::uint8_t kId = 70;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "position";
+    std::uint32_t token = 0;
+    std::uint8_t source = 0;  ///< PositionSource
+    std::uint64_t job = 0;    ///< hash of its items
+    std::uint32_t items = 0;
+    std::uint32_t fired = 0;  ///< every item below is done for certain
+    std::uint32_t path = 0;
+    std::uint8_t pass = 0;
+    std::uint32_t pulses = 0;  ///< fired for certain in this pass
+    std::uint32_t reached_path = 0;
+    std::uint8_t reached_pass = 0;
+    std::uint32_t reached_pulses = 0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("token", m.token), v("source", m.source), v("job", m.job), v("items", m.items), v("fired", m.fired);
+        v("path", m.path), v("pass", m.pass), v("pulses", m.pulses), v("reached_path", m.reached_path);
+        v("reached_pass", m.reached_pass), v("reached_pulses", m.reached_pulses);
+    }
+};
+enum class PositionSource : std::uint8_t {
+    none = 0,      ///< no job that the controller knows of
+    memory = 1,    ///< of this start of the controller
+    retained = 2,  ///< from before it, from memory that keeps its content without power
+};
+
+/// Which items are wanted though later ones have come (selective repeat): runs [from, until), rising, `count` of them.
+/// `heard` is the counter of the newest message taken: what was sent with it or before and is listed is lost, what was
+/// sent after it may be on its way. Sent at once when a gap shows, and with acknowledgements while it stays.
+struct StreamMissing {
+    static constexpr std::uint8_t kId = 71;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "stream_missing";
+    static constexpr std::size_t kRuns = 4;
+    std::uint32_t job_low = 0;
+    std::uint16_t heard = 0;
+    std::uint8_t count = 0;
+    std::array<std::uint32_t, kRuns> from{};
+    std::array<std::uint32_t, kRuns> until{};
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("job_low", m.job_low), v("heard", m.heard), v("count", m.count), v("from", m.from), v("until", m.until);
+    }
+};
+
+}  // namespace sc::link
