@@ -9,6 +9,7 @@
 #include "firmware/motion/axis_geometry.hpp"
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/path_motion.hpp"
+#include "firmware/sensors/surface.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/machine/machine.hpp"
 #include "shared/machine/power_curve.hpp"
@@ -69,6 +70,13 @@ public:
     /// Power over the power byte as measured; a sound one.
     void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
 
+    /// What the Y sensor is used for; false, with nothing changed, for settings that make no sense. Only while nothing
+    /// moves.
+    [[nodiscard]] bool set_surface(const sensors::SurfaceSettings& settings) noexcept;
+    /// The Y sensor's reading, before `step`.
+    void see(const sensors::Sample& sample) noexcept { sample_ = sample; }
+    [[nodiscard]] const sensors::Surface& surface() const noexcept { return surface_; }
+
     /// `preview`: no pulses, and paths no faster than the guide laser may go.
     void start_job(bool preview = false) noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
@@ -123,6 +131,9 @@ private:
         return static_cast<double>(wire) / kWireUnitsPerMetre;
     }
     void set_retreat() noexcept;
+    void set_limits() noexcept;
+    [[nodiscard]] bool surface_is_there() noexcept;
+    void follow_surface() noexcept;
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
@@ -167,6 +178,9 @@ private:
     std::int64_t mirror_lag_ns_;  ///< of the mirrors behind their frames, less what the lead makes up for
     laser::PulsePlacer placer_;
     PowerCurve curve_;
+    MapCost map_cost_;
+    sensors::Surface surface_;
+    sensors::Sample sample_;
     motion::Move move_;
 
     Phase phase_ = Phase::idle;

@@ -150,6 +150,28 @@ void Endpoint::on(const SetPowerCurve& curve) noexcept {
     request(curve.sequence, event);
 }
 
+void Endpoint::on(const SetSurface& surface) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::surface;
+    event.surface = surface;
+    request(surface.sequence, event);
+}
+
+void Endpoint::on(const CheckSeating& seating) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::seating;
+    event.seating = seating;
+    request(seating.sequence, event);
+}
+
+void Endpoint::on(const SensorsRequest& /*request*/) noexcept {
+    if (session_open_) {
+        LinkEvent event;
+        event.kind = LinkEvent::Kind::sensors;
+        static_cast<void>(push_event(event));
+    }
+}
+
 void Endpoint::take_block(std::span<const std::uint8_t> payload) noexcept {
     const std::optional<BlockView> block = view_block(payload);
     if (!block) {
@@ -251,7 +273,7 @@ LinkCounters Endpoint::counters() const noexcept {
 std::size_t Endpoint::transmit(std::span<std::uint8_t> out) noexcept {
     Outbox box{out};
     static_cast<void>(send_hello(box) && send_replies(box) && send_refused(box) && send_ack(box) && send_status(box) &&
-                      send_config(box));
+                      send_report(box) && send_config(box));
     return box.size;
 }
 
@@ -355,6 +377,16 @@ bool Endpoint::send_status(Outbox& box) noexcept {
         return false;
     }
     status_.reset();
+    return true;
+}
+
+bool Endpoint::send_report(Outbox& box) noexcept {
+    if (report_) {
+        if (!send(box, *report_)) {
+            return false;
+        }
+        report_.reset();
+    }
     return true;
 }
 

@@ -19,8 +19,8 @@
 
 namespace sc::link {
 
-/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map, galvo_field or
-/// power_curve is owed a `reply` with its sequence.
+/// Something the controller must decide on. A command, job_open, compensation, map_chunk, set_map, galvo_field,
+/// power_curve, surface or seating is owed a `reply` with its sequence, sensors a `report`.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
@@ -31,6 +31,9 @@ struct LinkEvent {
         set_map,
         galvo_field,
         power_curve,
+        surface,
+        seating,
+        sensors,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
     };
@@ -42,6 +45,8 @@ struct LinkEvent {
     SetMap set_map;
     SetGalvoField galvo_field;
     SetPowerCurve power_curve;
+    SetSurface surface;
+    CheckSeating seating;
 };
 
 /// Monotonic counts since start.
@@ -104,6 +109,8 @@ public:
 
     /// Sends this in place of any status not yet sent. The link's own counters are filled in.
     void status(const Status& status) noexcept { status_ = status; }
+    /// What the sensors say; sent in place of one not yet sent.
+    void report(const SensorReport& report) noexcept { report_ = report; }
 
     [[nodiscard]] bool session_open() const noexcept { return session_open_; }
     /// A session is open and a valid message of it came no longer ago than the heartbeat timeout.
@@ -112,7 +119,7 @@ public:
     [[nodiscard]] std::int64_t last_heard() const noexcept { return last_heard_; }
 
     /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, status,
-    /// configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything through
+    /// sensors, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything through
     /// in time (a chunk of configuration shrinks to the room).
     std::size_t transmit(std::span<std::uint8_t> out) noexcept;
 
@@ -140,6 +147,9 @@ private:
     void on(const SetCompensation& compensation) noexcept;
     void on(const SetGalvoField& field) noexcept;
     void on(const SetPowerCurve& curve) noexcept;
+    void on(const SetSurface& surface) noexcept;
+    void on(const CheckSeating& seating) noexcept;
+    void on(const SensorsRequest& request) noexcept;
     void on(const ConfigRequest& request) noexcept;
     void on(const MapChunk& chunk) noexcept;
     void on(const SetMap& map) noexcept;
@@ -156,6 +166,7 @@ private:
     bool send_ack(Outbox& box) noexcept;
     bool send_status(Outbox& box) noexcept;
     bool send_config(Outbox& box) noexcept;
+    bool send_report(Outbox& box) noexcept;
     [[nodiscard]] StreamAck current_ack() const noexcept;
     [[nodiscard]] bool ack_due(const StreamAck& ack) const noexcept;
 
@@ -192,6 +203,7 @@ private:
 
     std::optional<Status> status_;
     std::optional<std::uint16_t> config_wanted_;
+    std::optional<SensorReport> report_;
 };
 
 }  // namespace sc::link

@@ -49,6 +49,12 @@ public:
     /// Sends the map and puts it in force; the identity takes one away. Throws CellRefused with axis and node if the
     /// machine cannot take it.
     void set_map(const AxisMap& map);
+    /// What the Y sensor is used for.
+    void set_surface(const link::SetSurface& surface);
+    /// Waits until the cell has measured and judged the workpiece's seat. Throws CellRefused with what is wrong.
+    void check_seating(const link::CheckSeating& seating);
+    /// What the distance sensors say now. Throws LinkError without an answer.
+    [[nodiscard]] link::SensorReport read_sensors();
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
     /// Sends without waiting for an answer (`ack` will show it).
@@ -98,6 +104,7 @@ private:
     void take(const link::JobRefused& message);
     void take(const link::Status& message);
     void take(const link::ConfigChunk& message);
+    void take(const link::SensorReport& message);
     void shake_hands();
     void check_handshake() const;
     void keep_alive();
@@ -118,6 +125,7 @@ private:
     bool status_fresh_ = false;
     std::optional<Reply> reply_;
     std::optional<link::ConfigChunk> chunk_;
+    std::optional<link::SensorReport> sensors_;
     std::optional<link::Status> status_;
     std::optional<link::StreamAck> ack_;
     std::optional<link::JobRefused> job_refused_;
@@ -127,6 +135,8 @@ private:
 
 /// "set-point of X, table along Z, node 7".
 [[nodiscard]] std::string describe_map_place(const MapFinding& finding);
+/// What a refused check of the seat (Refusal 151..154) says by its detail: "by 0.84 mm" ...; empty for other refusals.
+[[nodiscard]] std::string describe_seating(Refusal refusal, std::int64_t detail);
 /// "jog", "reset_fault" ...
 [[nodiscard]] std::string name_of(link::Verb verb);
 

@@ -23,8 +23,8 @@ struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
-                                 SetMap, SetGalvoField, SetPowerCurve>;
-using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk>;
+                                 SetMap, SetGalvoField, SetPowerCurve, SetSurface, CheckSeating, SensorsRequest>;
+using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, SensorReport>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>

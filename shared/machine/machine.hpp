@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "shared/geometry/vec.hpp"
+#include "shared/machine/sensors.hpp"
 #include "shared/units/quantity.hpp"
 
 /// What a cell is made of: travel, limits, keep-out volumes, latencies. The board hands it to the controller; the host
@@ -115,6 +116,7 @@ struct MachineConfig {
     std::uint8_t keep_out_count = 0;
     std::int64_t heartbeat_timeout_ns = 100'000'000;
     std::int64_t held_link_timeout_ns = 10'000'000'000;
+    SensorsConfig sensors{};
 };
 
 /// Geometric errors that calibration measured and the controller takes out. Set over the link; identity by default.
