@@ -33,6 +33,8 @@ constexpr const char* kExamples = R"(Examples:
       the trajectory planner on three workloads: time, limits, deviation, cost
   scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01
       the same figures of any polyline (header x,y,z; mm, s)
+  scribecell bench sensors
+      readings a second on the sensor buses, beside what the lines can carry
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -45,6 +47,7 @@ constexpr std::array kBenches{
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
+    Bench{"sensors", "the sensor buses against what their lines can carry", bench_sensors},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 
 std::string names() {

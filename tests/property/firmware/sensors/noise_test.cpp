@@ -90,7 +90,7 @@ TEST(SensorNoiseOnTheLine, NeverGivesAWrongValue) {
         truth.at(i) = plant.target(i, reading, 0.0)->distance * 1e8;
     }
     std::uint64_t usable = 0;
-    for (std::int64_t tick = 0; tick < 300'000; ++tick) {
+    for (std::int64_t tick = 0; tick < 1'000'000; ++tick) {
         ServoInputs in;
         in.tick = tick;
         plant.take(tick * kPeriodNs, rx);
@@ -112,7 +112,7 @@ TEST(SensorNoiseOnTheLine, NeverGivesAWrongValue) {
         }
     }
     // The noise is so bad that most answers fail, and yet values come through.
-    EXPECT_GT(hub.sample(0).bad, 5'000U);
+    EXPECT_GT(hub.sample(0).bad, 1'000U);
     EXPECT_GT(usable, 50'000U);
 }
 

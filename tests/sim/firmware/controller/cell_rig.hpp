@@ -61,6 +61,10 @@ public:
     link::CommandReply commit_map(std::uint16_t bytes, std::uint32_t crc);
     link::CommandReply set_power_curve(const PowerCurve& curve);
     link::CommandReply set_galvo_field(link::SetGalvoField message);
+    link::CommandReply set_surface(link::SetSurface message);
+    /// Waits for the answer as long as it takes.
+    link::CommandReply check_seating(link::CheckSeating message);
+    link::SensorReport sensors();
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }
@@ -91,6 +95,7 @@ private:
     link::Status status_;
     link::StreamAck ack_;
     std::optional<link::JobRefused> refused_;
+    std::optional<link::SensorReport> sensors_;
     bool connected_ = false;
     bool speaking_ = true;
     std::uint64_t job_ = 0;
