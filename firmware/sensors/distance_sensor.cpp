@@ -19,8 +19,18 @@ void DistanceSensor::take(const Reply& reply, std::int64_t now_ns) noexcept {
     }
     reading_.fail(reply.code, reply.detail);
     if (reading_.lost()) {
+        lit_ = false;
         restart();
         retry_at_ = now_ns + kRetryNs;
+    }
+}
+
+/// It is lit again after each look at its identity, in case it was switched off and on meanwhile.
+void DistanceSensor::lit(std::int64_t now_ns) noexcept {
+    reading_.touch();
+    if (!lit_) {
+        lit_ = true;
+        warm_at_ = now_ns + 3 * config_.update_ns;
     }
 }
 

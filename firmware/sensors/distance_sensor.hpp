@@ -43,12 +43,17 @@ protected:
     /// It is time to ask who it is; and it has said so.
     [[nodiscard]] bool due(std::int64_t now_ns) const noexcept { return now_ns >= identify_at_; }
     void identified(bool right, std::int64_t now_ns) noexcept;
+    /// Its laser has been switched on: what it says is of before, until it has measured.
+    void lit(std::int64_t now_ns) noexcept;
+    [[nodiscard]] bool warm(std::int64_t now_ns) const noexcept { return now_ns >= warm_at_; }
     SensorConfig config_;
     Reading reading_;
+    bool lit_ = false;  ///< its laser, as far as is known
 
 private:
     bool waits_ = false;  ///< for the answer to a step that is no reading
     std::int64_t retry_at_ = 0;
+    std::int64_t warm_at_ = 0;
     std::int64_t identify_at_ = 0;
 };
 

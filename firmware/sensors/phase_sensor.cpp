@@ -58,14 +58,21 @@ void PhaseSensor::understand(const Reply& reply, std::int64_t now_ns) noexcept {
             break;
         }
         case Step::laser_on:
-            reading_.touch();
+            lit(now_ns);
             step_ = single_ ? Step::fire : Step::measure;
             break;
         case Step::laser_off:
             reading_.touch();
             step_ = single_ ? Step::dark : Step::laser_on;
+            lit_ = false;
             break;
-        case Step::measure: take_value(reply); break;
+        case Step::measure:
+            if (warm(now_ns)) {
+                take_value(reply);
+            } else {
+                reading_.touch();
+            }
+            break;
         case Step::fire:
             take_value(reply);
             step_ = Step::laser_off;

@@ -60,10 +60,14 @@ void TriangulationSensor::understand(const Reply& reply, std::int64_t now_ns) no
             break;
         }
         case Step::laser_on:
-            reading_.touch();
+            lit(now_ns);
             step_ = Step::measure;
             break;
         case Step::measure: {
+            if (!warm(now_ns)) {
+                reading_.touch();
+                break;
+            }
             const std::uint16_t d = modbus::register_of(reply.view(), 0);
             if (d == 0 || d > kFull) {
                 reading_.take_nothing(reply.asked_ns);

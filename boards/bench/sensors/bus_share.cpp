@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "boards/bench/sensors/bus_share.hpp"
 
-#include <algorithm>
-#include <deque>
 #include <memory>
 #include <vector>
 
@@ -34,6 +32,28 @@ Counts count(const sensors::SensorHub& hub, std::size_t first, std::size_t senso
     return out;
 }
 
+double silence_of(const SensorBusConfig& bus) {
+    const double character = (bus.parity == SensorParity::none ? 10.0 : 11.0) / bus.baud;
+    return bus.baud > 19'200 && bus.short_gaps == 0 ? 1.75e-3 : 3.5 * character;
+}
+
+/// What a line has carried since the last silence.
+struct Line {
+    std::vector<SensorByte> bytes;
+};
+
+/// Keeps what has come, and gives it out once the last byte is old enough.
+void hold_back(Line& line, std::vector<SensorByte>& bytes, double silence) {
+    for (SensorByte& byte : line.bytes) {
+        byte.age_us = static_cast<std::uint16_t>(byte.age_us + kPeriodNs / 1000);
+    }
+    line.bytes.insert(line.bytes.end(), bytes.begin(), bytes.end());
+    bytes.clear();
+    if (!line.bytes.empty() && line.bytes.back().age_us * 1e-6 >= silence) {
+        bytes.swap(line.bytes);
+    }
+}
+
 BusShare share_of(const Counts& before, const Counts& after, double seconds, double limit) {
     return {(after.readings - before.readings) / seconds, (after.fresh - before.fresh) / seconds, limit};
 }
@@ -42,16 +62,17 @@ BusShare share_of(const Counts& before, const Counts& after, double seconds, dou
 
 double readings_per_s(const SensorBusConfig& bus, int request_bytes, int answer_bytes, double turn_round_s) {
     const double character = (bus.parity == SensorParity::none ? 10.0 : 11.0) / bus.baud;
-    const double silence = bus.baud > 19'200 && bus.short_gaps == 0 ? 1.75e-3 : 3.5 * character;
+    const double silence = silence_of(bus);
     return 1.0 / ((request_bytes + answer_bytes) * character + 2.0 * silence + turn_round_s);
 }
 
-BusShares measure_bus_shares(const sim::World& world, const SensorsConfig& config, double seconds, int late_ticks) {
+BusShares measure_bus_shares(const sim::World& world, const SensorsConfig& config, double seconds, bool whole_telegrams) {
     sim::SensorPlant plant(config, world);
     sensors::SensorHub hub(config, kPeriodNs);
     const auto out = std::make_unique<ServoOutputs>();
     std::array<SensorTransmission, kSensorBuses> acting{};
-    std::deque<std::array<std::vector<SensorByte>, kSensorBuses>> heard;
+    std::array<Line, kSensorBuses> lines;
+    std::array<std::vector<SensorByte>, kSensorBuses> heard;
     Counts y_before;
     Counts triple_before;
     const auto end = kWarmUpTicks + static_cast<std::int64_t>(seconds * 1e3);
@@ -62,20 +83,14 @@ BusShares measure_bus_shares(const sim::World& world, const SensorsConfig& confi
         }
         ServoInputs in;
         in.tick = tick;
-        auto& now = heard.emplace_back();
-        plant.take(tick * kPeriodNs, now);
-        if (heard.size() > static_cast<std::size_t>(late_ticks)) {
-            for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
-                for (SensorByte& byte : heard.front().at(bus)) {
-                    byte.age_us = static_cast<std::uint16_t>(byte.age_us + late_ticks * 1000);
-                }
-                in.sensor_rx.at(bus) = heard.front().at(bus);
+        plant.take(tick * kPeriodNs, heard);
+        for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+            if (whole_telegrams) {
+                hold_back(lines.at(bus), heard.at(bus), silence_of(config.bus.at(bus)));
             }
+            in.sensor_rx.at(bus) = heard.at(bus);
         }
         hub.step(in, *out);
-        if (heard.size() > static_cast<std::size_t>(late_ticks)) {
-            heard.pop_front();
-        }
         plant.transmit(tick * kPeriodNs, acting);
         acting = out->sensor_tx;
         plant.step_to((tick + 1) * kPeriodNs, kReading, 0.0);

@@ -25,9 +25,10 @@ struct BusShares {
 [[nodiscard]] double readings_per_s(const SensorBusConfig& bus, int request_bytes, int answer_bytes,
                                     double turn_round_s);
 
-/// Runs hub and simulated sensors for `seconds` of the cell's time. `late_ticks`: the board hands bytes over so much
-/// later, as one that waits for the silence behind a telegram would (the ablation).
+/// Runs hub and simulated sensors for `seconds` of the cell's time. `whole_telegrams`: the board hands bytes
+/// over only once the silence behind a telegram has passed, as a serial driver that frames by idle time does (the
+/// ablation).
 [[nodiscard]] BusShares measure_bus_shares(const sim::World& world, const SensorsConfig& config, double seconds,
-                                           int late_ticks);
+                                           bool whole_telegrams);
 
 }  // namespace sc::bench

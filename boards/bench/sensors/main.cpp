@@ -47,8 +47,8 @@ int main(int argc, char** argv) {
         }
         const sc::SensorsConfig config = sc::reference_machine().sensors;
         const sc::sim::World cell{std::filesystem::path(world)};
-        const auto shares = sc::bench::measure_bus_shares(cell, config, seconds, 0);
-        const auto late = sc::bench::measure_bus_shares(cell, config, seconds, 2);
+        const auto shares = sc::bench::measure_bus_shares(cell, config, seconds, false);
+        const auto late = sc::bench::measure_bus_shares(cell, config, seconds, true);
         const nlohmann::ordered_json object{{"y", object_of(shares.y)},
                                             {"triple", object_of(shares.triple)},
                                             {"y_late", object_of(late.y)},

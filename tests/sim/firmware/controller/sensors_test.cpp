@@ -98,10 +98,10 @@ double worst_defocus(const CellRig& rig) {
 TEST(SensorsInTheLoop, AJobOnASurfaceThatIsThereIsBurntAndItsCommandsAreTheSameWithTheCheck) {
     const auto world = surface_world("flat", flat);
     std::string hash;
-    for (const std::uint8_t mode : {0, 1, 2}) {
+    for (std::uint8_t mode = 0; mode <= 2; ++mode) {
         CellRig rig(in_world(world));
         start(rig, watch(mode), line_job(-330.0));
-        ASSERT_TRUE(rig.until_state(State::idle, 60'000)) << int{mode};
+        ASSERT_TRUE(rig.until_state(State::armed, 60'000)) << int{mode};
         EXPECT_EQ(rig.pulses().size(), 3001U);
         EXPECT_EQ(rig.cell().faults(), 0U);
         hash = hash.empty() ? rig.command_hash() : hash;
@@ -115,7 +115,7 @@ TEST(SensorsInTheLoop, ASurfaceThatIsNotWhereItShouldBeIsRefusedBeforeThePathWit
     ASSERT_TRUE(rig.until([&] { return rig.refused().has_value(); }, 30'000));
     EXPECT_EQ(rig.refused()->refusal, static_cast<std::uint16_t>(Refusal::surface_not_there));
     EXPECT_NEAR(static_cast<double>(rig.refused()->value), -330.0 * kMm, 0.1 * kMm);
-    ASSERT_TRUE(rig.until_state(State::idle, 30'000));
+    ASSERT_TRUE(rig.until_state(State::armed, 30'000));
     EXPECT_TRUE(rig.pulses().empty());
 }
 
@@ -130,28 +130,27 @@ TEST(SensorsInTheLoop, ASurfaceThatCannotBeSeenIsRefusedBeforeThePath) {
 }
 
 TEST(SensorsInTheLoop, AStepInTheSurfaceStopsTheLaserWhenTheBeamComesThere) {
-    const auto world = surface_world("step", [](double x) { return x < -240.0 ? -330.0 : -333.0; });
+    const auto world = surface_world("step", [](double x) { return x < -225.0 ? -330.0 : -333.0; });
     CellRig rig(in_world(world));
-    start(rig, watch(1), line_job(-330.0, 80.0));
+    start(rig, watch(1), line_job(-330.0, 100.0));
     ASSERT_TRUE(rig.until_state(State::fault, 30'000));
-    EXPECT_EQ(rig.status().first_fault, 0);
     rig.ticks(50);
     EXPECT_EQ(static_cast<Fault>(rig.status().first_fault), Fault::surface_off);
     ASSERT_FALSE(rig.pulses().empty());
     const double last = static_cast<double>(rig.pulses().back().place_pm[0]) * 1e-9;
-    EXPECT_NEAR(last, -240.0, 2.0);
+    EXPECT_NEAR(last, -225.0, 2.0);
 }
 
 TEST(SensorsInTheLoop, ASensorThatIsLostWhileMarkingStopsTheLaserOnceNothingIsKnownOfTheSurface) {
-    CellRig rig(in_world(surface_world("flat", flat), "pulse 500 sensor y silent"));
+    CellRig rig(in_world(surface_world("flat", flat), "pulse 2000 sensor y silent"));
     start(rig, watch(1), line_job(-330.0, 100.0));
     ASSERT_TRUE(rig.until_state(State::fault, 30'000));
     rig.ticks(50);
     EXPECT_EQ(static_cast<Fault>(rig.status().first_fault), Fault::surface_lost);
     // What the sensor had seen ahead is still good for its 30 mm.
     const auto pulses = rig.pulses().size();
-    EXPECT_GT(pulses, 500U + 1300U);
-    EXPECT_LT(pulses, 500U + 1900U);
+    EXPECT_GT(pulses, 2000U + 1300U);
+    EXPECT_LT(pulses, 2000U + 1900U);
 }
 
 TEST(SensorsInTheLoop, TheFocusFollowsASurfaceThatIsNotFlatWithinTheLimitsOfTheAxes) {
@@ -160,12 +159,12 @@ TEST(SensorsInTheLoop, TheFocusFollowsASurfaceThatIsNotFlatWithinTheLimitsOfTheA
     {
         CellRig rig(in_world(world));
         start(rig, watch(1, 2e-3), line_job(-330.0, 100.0));
-        ASSERT_TRUE(rig.until_state(State::idle, 60'000));
+        ASSERT_TRUE(rig.until_state(State::armed, 60'000));
         without = worst_defocus(rig);
     }
     CellRig rig(in_world(world));
     start(rig, watch(2, 2e-3), line_job(-330.0, 100.0));
-    ASSERT_TRUE(rig.until_state(State::idle, 60'000));
+    ASSERT_TRUE(rig.until_state(State::armed, 60'000));
     EXPECT_EQ(rig.pulses().size(), 5001U);
     EXPECT_GT(without, 0.45);
     // The first 30 mm know only what the sensor sees beside the beam.
@@ -175,7 +174,8 @@ TEST(SensorsInTheLoop, TheFocusFollowsASurfaceThatIsNotFlatWithinTheLimitsOfTheA
     }
     EXPECT_LT(late, 0.12);
     // Set-points of y: speed, acceleration and jerk of every 1 kHz sample.
-    const AxisConfig& y = reference_machine().axis[index(Axis::y)];
+    const MachineConfig machine = reference_machine();
+    const AxisConfig& y = machine.axis[index(Axis::y)];
     const auto& p = rig.set_points();
     for (std::size_t i = 4; i < p.size(); ++i) {
         const auto at = [&](std::size_t k) { return static_cast<double>(p[i - k][index(Axis::y)]) * 1e-12; };
@@ -213,6 +213,9 @@ protected:
         rig_.connect();
         EXPECT_TRUE(rig_.until_state(State::disabled, 5000));
         rig_.ticks(3000);
+        take_reference();
+    }
+    void take_reference() {
         for (std::size_t i = 0; i < 3; ++i) {
             truth_.at(i) = rig_.sensors().value.at(i + 1);
         }
@@ -254,6 +257,9 @@ TEST_F(Seating, ThatFailedForbidsToArmAndToStartUntilOnePasses) {
     rig_.make_ready();
     ASSERT_EQ(rig_.command(link::Verb::disarm).refusal, 0);
     ASSERT_TRUE(rig_.until_state(State::idle, 5000));
+    // Homing has turned the table.
+    rig_.ticks(1000);
+    take_reference();
     EXPECT_NE(rig_.check_seating(wanted({3 * kMm, 3 * kMm, 3 * kMm})).refusal, 0);
     EXPECT_EQ(rig_.command(link::Verb::arm).refusal, static_cast<std::uint16_t>(Refusal::seating_not_proven));
     EXPECT_EQ(rig_.check_seating(wanted()).refusal, 0);
