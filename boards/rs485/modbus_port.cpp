@@ -21,8 +21,8 @@ constexpr std::size_t kSumSize = 2;
 }  // namespace
 
 ModbusPort::ModbusPort(const std::string& device, const SensorBusConfig& bus)
-    : context_(::modbus_new_rtu(device.c_str(), static_cast<int>(bus.baud), bus.parity == SensorParity::even ? 'E' : 'N',
-                                8, 1)),
+    : context_(::modbus_new_rtu(device.c_str(), static_cast<int>(bus.baud),
+                                bus.parity == SensorParity::even ? 'E' : 'N', 8, 1)),
       character_ns_(sensors::bus_timing(bus).character),
       gap_ns_(sensors::bus_timing(bus).gap) {
     if (context_ == nullptr || ::modbus_connect(context_) != 0) {

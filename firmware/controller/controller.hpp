@@ -126,7 +126,7 @@ private:
     sensors::SensorHub hub_;
     sensors::SeatingCheck seating_;
     std::uint32_t seating_sequence_ = 0;
-    bool seating_failed_ = false;  ///< the last check of the seat did
+    bool seating_failed_ = false;    ///< the last check of the seat did
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
     GalvoField field_;               ///< as it comes over the link, in part
     std::size_t field_numbers_ = 0;

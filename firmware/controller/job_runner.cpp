@@ -94,9 +94,7 @@ bool JobRunner::surface_is_there() noexcept {
         case sensors::Surface::Verdict::waiting: return false;
         case sensors::Surface::Verdict::fine: return surface_.settled();
         case sensors::Surface::Verdict::not_seen: refuse(Refusal::surface_not_seen, item, Axis::y, place_[kY]); break;
-        case sensors::Surface::Verdict::off:
-            refuse(Refusal::surface_not_there, item, Axis::y, surface_.depth());
-            break;
+        case sensors::Surface::Verdict::off: refuse(Refusal::surface_not_there, item, Axis::y, surface_.depth()); break;
     }
     return false;
 }

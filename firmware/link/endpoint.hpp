@@ -119,8 +119,8 @@ public:
     [[nodiscard]] std::int64_t last_heard() const noexcept { return last_heard_; }
 
     /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, status,
-    /// sensors, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything through
-    /// in time (a chunk of configuration shrinks to the room).
+    /// sensors, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything
+    /// through in time (a chunk of configuration shrinks to the room).
     std::size_t transmit(std::span<std::uint8_t> out) noexcept;
 
     [[nodiscard]] LinkCounters counters() const noexcept;

@@ -15,17 +15,17 @@ namespace sc::recording {
 
 inline constexpr std::size_t kDriveFrameBytes = 2 + 1 + 8;
 inline constexpr std::size_t kSensorByteBytes = 1 + 1 + 2;
-inline constexpr std::size_t kInputsImageCapacity =
-    8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
-    kSensorBuses * (1 + kSensorBytesPerTick * kSensorByteBytes);
+inline constexpr std::size_t kInputsImageCapacity = 8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 +
+                                                    kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
+                                                    kSensorBuses * (1 + kSensorBytesPerTick * kSensorByteBytes);
 inline constexpr std::size_t kLaserRunBytes = 8 + 8 + 4 + 2 + 1 + 1 + 2;
 inline constexpr std::size_t kPathPulseBytes = 4 + 1 + 1 + 4 + 8 + 24 + 8;
 inline constexpr std::size_t kGalvoFrameBytes = 8 + 8 + 4 + 4;
 inline constexpr std::size_t kOutputsImageCapacity =
     2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 4 * 8 + 1 +
     kGalvoFramesPerTick * kGalvoFrameBytes + 2 + kLaserRunsPerTick * kLaserRunBytes + 2 +
-    kPathPulsesPerTick * kPathPulseBytes + 1 + kSourceBytesPerTick +
-    kSensorBuses * (1 + 4 + kSensorTransmissionBytes) + 1 + 1 + 1 + 8;
+    kPathPulsesPerTick * kPathPulseBytes + 1 + kSourceBytesPerTick + kSensorBuses * (1 + 4 + kSensorTransmissionBytes) +
+    1 + 1 + 1 + 8;
 
 /// Digital inputs as they are stored: eight lines from bit 0 on in the order of the structure, then the source's pins.
 [[nodiscard]] constexpr std::uint16_t bits_of(const DigitalInputs& d) noexcept {

@@ -174,7 +174,7 @@ void get_data(TickMemory& memory, ByteReader& in, std::span<DriveFrame> frames) 
     }
 }
 
-constexpr std::uint8_t kLargeStep = 0xFF;   ///< a step of two bytes follows
+constexpr std::uint8_t kLargeStep = 0xFF;    ///< a step of two bytes follows
 constexpr std::uint8_t kFlagsFollow = 0x80;  ///< in the count: a byte of flags with each
 
 /// Ages fall from byte to byte, mostly by the same step.

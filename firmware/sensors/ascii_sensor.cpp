@@ -4,17 +4,17 @@
 namespace sc::sensors {
 namespace {
 
-constexpr std::size_t kHeadSize = 3;                      ///< %AA
+constexpr std::size_t kHeadSize = 3;  ///< %AA
 constexpr std::array<std::uint8_t, 4> kAnswer{'$', 'R', 'M', 'D'};
 constexpr std::array<std::uint8_t, 4> kQuestion{'#', 'R', 'M', 'D'};
 constexpr std::size_t kNumberAt = kHeadSize + kAnswer.size();
-constexpr std::size_t kNumberSize = 9;                    ///< ±ddd.dddd
+constexpr std::size_t kNumberSize = 9;  ///< ±ddd.dddd
 constexpr std::size_t kPoint = 4;
-constexpr std::size_t kTail = 3;                          ///< bb and the carriage return
+constexpr std::size_t kTail = 3;  ///< bb and the carriage return
 constexpr std::size_t kAnswerSize = kNumberAt + kNumberSize + kTail;
 constexpr std::size_t kErrorSize = kHeadSize + 1 + 2 + kTail;
-constexpr std::int32_t kNoTarget = 9'500'000;             ///< in 0.1 µm
-constexpr std::int32_t kUnits = 10;                       ///< 0.1 µm in 10 nm
+constexpr std::int32_t kNoTarget = 9'500'000;  ///< in 0.1 µm
+constexpr std::int32_t kUnits = 10;            ///< 0.1 µm in 10 nm
 
 constexpr std::uint8_t hex(unsigned digit) noexcept {
     return static_cast<std::uint8_t>(digit < 10 ? '0' + digit : 'A' + digit - 10);

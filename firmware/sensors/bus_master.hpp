@@ -76,9 +76,9 @@ private:
     bool pending_ = false;  ///< done_ is an answer, whose silence has not yet passed
     bool failed_ = false;   ///< done_ is none
     std::int64_t pending_until_ = 0;
-    std::int64_t asked_ns_ = 0;       ///< end of the request
-    std::int64_t last_byte_ns_ = 0;   ///< end of the answer's last byte
-    std::int64_t busy_until_ = 0;     ///< the line was in use, or must be left alone, until then
+    std::int64_t asked_ns_ = 0;      ///< end of the request
+    std::int64_t last_byte_ns_ = 0;  ///< end of the answer's last byte
+    std::int64_t busy_until_ = 0;    ///< the line was in use, or must be left alone, until then
     std::uint32_t strays_ = 0;
 };
 

@@ -3,6 +3,17 @@
 
 namespace sc::sensors {
 
+bool DistanceSensor::compose(std::int64_t /*now_ns*/, Telegram& telegram) noexcept {
+    telegram = {};
+    return true;
+}
+
+void DistanceSensor::understand(const Reply& reply, std::int64_t /*now_ns*/) noexcept {
+    reading_.fail(SensorCode::bad_frame, reply.detail);
+}
+
+void DistanceSensor::restart() noexcept {}
+
 bool DistanceSensor::next(std::int64_t now_ns, Telegram& telegram) noexcept {
     if (waits_ || now_ns < retry_at_) {
         return false;

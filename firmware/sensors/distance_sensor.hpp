@@ -34,12 +34,13 @@ protected:
     DistanceSensor(const DistanceSensor&) = default;
     DistanceSensor& operator=(const DistanceSensor&) = default;
 
+    // Each kind has its own of these three. They are not pure, since that would pull in the C++ run-time library.
     /// The telegram of the present step. True if it is a reading.
-    [[nodiscard]] virtual bool compose(std::int64_t now_ns, Telegram& telegram) noexcept = 0;
+    [[nodiscard]] virtual bool compose(std::int64_t now_ns, Telegram& telegram) noexcept;
     /// A checked answer; its step is that of its telegram.
-    virtual void understand(const Reply& reply, std::int64_t now_ns) noexcept = 0;
+    virtual void understand(const Reply& reply, std::int64_t now_ns) noexcept;
     /// Contact is lost: begin anew.
-    virtual void restart() noexcept = 0;
+    virtual void restart() noexcept;
     /// It is time to ask who it is; and it has said so.
     [[nodiscard]] bool due(std::int64_t now_ns) const noexcept { return now_ns >= identify_at_; }
     void identified(bool right, std::int64_t now_ns) noexcept;

@@ -12,7 +12,7 @@ constexpr std::uint16_t kLaser = 0x0003;
 constexpr std::uint16_t kSingle = 0x000F;  ///< measures, and answers when it has
 
 constexpr std::uint32_t kFaultBit = 0x8000'0000U;
-constexpr std::uint32_t kUnits = 10'000;     ///< 0.1 mm in 10 nm
+constexpr std::uint32_t kUnits = 10'000;      ///< 0.1 mm in 10 nm
 constexpr std::uint32_t kFarthest = 210'000;  ///< of 0.1 mm: what 32 bits of 10 nm can hold
 constexpr std::int64_t kSinglePatienceNs = 1'500'000'000;
 
@@ -31,12 +31,8 @@ bool PhaseSensor::compose(std::int64_t now_ns, Telegram& telegram) noexcept {
             telegram = modbus::read(config_.address, modbus::kReadHolding, kOffset, 1, config_.patience_ns);
             break;
         case Step::dark:
-        case Step::laser_on:
-            telegram = modbus::write_many(config_.address, kLaser, 1, config_.patience_ns);
-            break;
-        case Step::laser_off:
-            telegram = modbus::write_many(config_.address, kLaser, 0, config_.patience_ns);
-            break;
+        case Step::laser_on: telegram = modbus::write_many(config_.address, kLaser, 1, config_.patience_ns); break;
+        case Step::laser_off: telegram = modbus::write_many(config_.address, kLaser, 0, config_.patience_ns); break;
         case Step::measure:
             telegram = modbus::read(config_.address, modbus::kReadHolding, kContinuous, 2, config_.patience_ns);
             break;
@@ -51,8 +47,7 @@ bool PhaseSensor::compose(std::int64_t now_ns, Telegram& telegram) noexcept {
 void PhaseSensor::understand(const Reply& reply, std::int64_t now_ns) noexcept {
     switch (static_cast<Step>(reply.step)) {
         case Step::identify: {
-            const bool right =
-                config_.identity == 0 || config_.identity == modbus::register_of(reply.view(), 0);
+            const bool right = config_.identity == 0 || config_.identity == modbus::register_of(reply.view(), 0);
             identified(right, now_ns);
             step_ = !right ? Step::identify : (single_ ? Step::laser_off : Step::laser_on);
             break;
@@ -82,8 +77,8 @@ void PhaseSensor::understand(const Reply& reply, std::int64_t now_ns) noexcept {
 }
 
 void PhaseSensor::take_value(const Reply& reply) noexcept {
-    const std::uint32_t raw = std::uint32_t{modbus::register_of(reply.view(), 0)} << 16U |
-                              modbus::register_of(reply.view(), 1);
+    const std::uint32_t raw =
+        std::uint32_t{modbus::register_of(reply.view(), 0)} << 16U | modbus::register_of(reply.view(), 1);
     if ((raw & kFaultBit) != 0) {
         reading_.take_own_fault(static_cast<std::uint8_t>(raw & 0xFFU));
     } else if (raw > kFarthest) {

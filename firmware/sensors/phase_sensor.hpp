@@ -6,9 +6,9 @@
 namespace sc::sensors {
 
 /// A phase-shift sensor of the TW10S / L1s family over Modbus RTU, option 0.1 mm. It has no serial number: its stored
-/// offset, which is its own, stands for one. Two ways of measuring: for ever with the laser on (register 0x0001), or one
-/// measurement at a time with the laser on for it alone (0x000F, answered late), for heads whose spots must not be seen
-/// together.
+/// offset, which is its own, stands for one. Two ways of measuring: for ever with the laser on (register 0x0001), or
+/// one measurement at a time with the laser on for it alone (0x000F, answered late), for heads whose spots must not be
+/// seen together.
 class PhaseSensor final : public DistanceSensor {
 public:
     explicit PhaseSensor(const SensorConfig& config) noexcept : DistanceSensor(config) {}

@@ -94,8 +94,7 @@ Sample Reading::at(std::int64_t now_ns) const noexcept {
         return say(Quality::faulty, sample_.last_bad);
     }
     switch (word_) {
-        case Word::nothing:
-            return say(Quality::none, candidate_ ? SensorCode::unconfirmed : SensorCode::not_read);
+        case Word::nothing: return say(Quality::none, candidate_ ? SensorCode::unconfirmed : SensorCode::not_read);
         case Word::no_target: return say(Quality::out_of_range, SensorCode::out_of_range);
         case Word::own_fault: return say(Quality::faulty, SensorCode::own_fault);
         case Word::value: break;

@@ -24,8 +24,8 @@ enum class Quality : std::uint8_t {
 
 /// What is known of one sensor at one time.
 struct Sample {
-    SensorValue value = 0;          ///< 10 nm; the last good one
-    std::int64_t measured_ns = 0;   ///< control time of the measurement, to within half the sensor's period
+    SensorValue value = 0;         ///< 10 nm; the last good one
+    std::int64_t measured_ns = 0;  ///< control time of the measurement, to within half the sensor's period
     Quality quality = Quality::none;
     SensorCode code = SensorCode::not_read;  ///< why it is not good; none when it is
     std::uint8_t detail = 0;                 ///< of the code: exception, who answered, the sensor's own fault

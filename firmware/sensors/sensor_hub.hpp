@@ -14,8 +14,8 @@
 
 namespace sc::sensors {
 
-/// All distance sensors of a cell on their buses, each bus going round its sensors for ever. Servo context, once a tick:
-/// some 150 instructions, 40 more for each byte that has come, 300 more where an answer ends.
+/// All distance sensors of a cell on their buses, each bus going round its sensors for ever. Servo context, once a
+/// tick: some 150 instructions, 40 more for each byte that has come, 300 more where an answer ends.
 class SensorHub {
 public:
     SensorHub(const SensorsConfig& config, std::int64_t period_ns) noexcept;

@@ -33,9 +33,9 @@ bool Surface::set(const SurfaceSettings& s) noexcept {
     const bool beam = within(s.origin.x, kLargestPlace) && within(s.origin.y, kLargestPlace) &&
                       within(s.origin.z, kLargestPlace) && within(s.zero, kLargestPlace) && length > 0.999 &&
                       length < 1.001 && s.direction.y < -0.5;
-    const bool sound = s.mode == SurfaceMode::off ||
-                       (beam && s.window > 0.0 && s.window <= kLargestWindow && s.bound >= 0.0 &&
-                        s.bound <= kMostBound && (s.mode != SurfaceMode::follow || s.bound > 0.0));
+    const bool sound =
+        s.mode == SurfaceMode::off || (beam && s.window > 0.0 && s.window <= kLargestWindow && s.bound >= 0.0 &&
+                                       s.bound <= kMostBound && (s.mode != SurfaceMode::follow || s.bound > 0.0));
     if (!sound) {
         return false;
     }
@@ -104,9 +104,8 @@ void Surface::step(std::int64_t now_ns, const Sample& sample, const Vec3& place,
 
 void Surface::take(const Sample& sample) noexcept {
     const std::int64_t then = sample.measured_ns / period_ns_ - lag_ticks_;
-    const std::int64_t oldest = tick_ - (past_ticks_ < static_cast<std::int64_t>(kPast)
-                                             ? past_ticks_
-                                             : static_cast<std::int64_t>(kPast)) + 1;
+    const std::int64_t oldest =
+        tick_ - (past_ticks_ < static_cast<std::int64_t>(kPast) ? past_ticks_ : static_cast<std::int64_t>(kPast)) + 1;
     if (then < oldest || then > tick_ || then < 0) {
         return;
     }

@@ -27,9 +27,9 @@ struct SurfaceSettings {
     double bound = 0.0;   ///< m: following never shifts y by more
 };
 
-/// Depth of the surface as the Y sensor has seen it, kept for when the beam comes there. Each new reading belongs to the
-/// place where the axes were when it was taken (depth y1 + a1 − a2 of design.md); the median of three goes into a strip
-/// of places already seen. Servo context; a tick costs some 60 instructions, a reading 300, a look-up 1500 (every
+/// Depth of the surface as the Y sensor has seen it, kept for when the beam comes there. Each new reading belongs to
+/// the place where the axes were when it was taken (depth y1 + a1 − a2 of design.md); the median of three goes into a
+/// strip of places already seen. Servo context; a tick costs some 60 instructions, a reading 300, a look-up 1500 (every
 /// fourth tick).
 class Surface {
 public:
@@ -106,7 +106,7 @@ private:
     std::array<Seen, kStrip> strip_{};
     std::size_t strip_size_ = 0;
     std::size_t strip_next_ = 0;
-    std::int64_t seen_ns_ = 0;     ///< when a depth was last known
+    std::int64_t seen_ns_ = 0;  ///< when a depth was last known
     std::uint32_t outside_ = 0;
     bool usable_now_ = false;
     bool waits_ = true;  ///< for its first look-up

@@ -23,8 +23,8 @@ struct Telegram {
     std::array<std::uint8_t, kSensorTransmissionBytes> bytes{};
     std::uint8_t size = 0;
     ReplyForm reply = ReplyForm::none;
-    std::uint8_t tag = 0;   ///< whose it is; comes back with the answer
-    std::uint8_t step = 0;  ///< what the sensor asked for by it; comes back too
+    std::uint8_t tag = 0;          ///< whose it is; comes back with the answer
+    std::uint8_t step = 0;         ///< what the sensor asked for by it; comes back too
     std::int64_t patience_ns = 0;  ///< from the request's end to the first byte of the answer
     [[nodiscard]] std::span<const std::uint8_t> view() const noexcept { return std::span(bytes).first(size); }
 };

@@ -36,9 +36,7 @@ bool TriangulationSensor::compose(std::int64_t now_ns, Telegram& telegram) noexc
             telegram = modbus::read(config_.address, modbus::kReadInput, kFirstIdentity, kIdentityRegisters,
                                     config_.patience_ns);
             break;
-        case Step::laser_on:
-            telegram = modbus::write(config_.address, kLaserOn, 1, config_.patience_ns);
-            break;
+        case Step::laser_on: telegram = modbus::write(config_.address, kLaserOn, 1, config_.patience_ns); break;
         case Step::measure:
             telegram = modbus::read(config_.address, modbus::kReadInput, kValue, 1, config_.patience_ns);
             break;

@@ -31,7 +31,8 @@ std::vector<Figure> bench_sensors(const BenchOptions&) {
     const auto figure = [&](const char* name, const char* bus, const char* key, const char* unit) {
         return Figure{name, object.at(bus).at(key).get<double>(), unit};
     };
-    return {figure("y_bus_share", "y", "share", ""), figure("triple_bus_share", "triple", "share", ""),
+    return {figure("y_bus_share", "y", "share", ""),
+            figure("triple_bus_share", "triple", "share", ""),
             figure("y_readings_per_s", "y", "readings_per_s", "1/s"),
             figure("triple_readings_per_s", "triple", "readings_per_s", "1/s"),
             figure("y_late_bus_share", "y_late", "share", ""),

@@ -42,8 +42,8 @@ std::string trouble_text(const link::SensorReport& report, std::size_t i) {
 }
 
 std::string sensors_text(const link::SensorReport& report) {
-    std::string text = fmt::format("{:<9} {:>12} {:>10}  {:<12} {:>8} {:>8} {:>6}\n", "sensor", "mm", "age ms", "quality",
-                                   "measured", "repeats", "failed");
+    std::string text = fmt::format("{:<9} {:>12} {:>10}  {:<12} {:>8} {:>8} {:>6}\n", "sensor", "mm", "age ms",
+                                   "quality", "measured", "repeats", "failed");
     for (std::size_t i = 0; i < kSensorNames.size(); ++i) {
         const bool read = report.count.at(i) > 0;
         const std::string value = read ? fmt::format("{:.4f}", mm(report.value.at(i))) : "-";
@@ -57,7 +57,8 @@ std::string sensors_text(const link::SensorReport& report) {
     }
     text += fmt::format("surface   {}", surface_name(report.surface));
     if (report.surface >= 2) {
-        text += fmt::format(", at y = {:.3f} mm, focus shifted by {:+.3f} mm", mm(report.surface_depth), mm(report.shift));
+        text +=
+            fmt::format(", at y = {:.3f} mm, focus shifted by {:+.3f} mm", mm(report.surface_depth), mm(report.shift));
     }
     return text + "\n";
 }

@@ -217,7 +217,8 @@ struct SetSurface {
     static constexpr std::string_view kName = "set_surface";
     std::uint32_t sequence = 0;
     std::uint8_t mode = 0;  ///< 0 off, 1 check, 2 follow
-    std::array<double, 3> origin{};     ///< with the axes at q, reading r says: surface at q + origin + (r − zero) · direction
+    std::array<double, 3>
+        origin{};  ///< with the axes at q, reading r says: surface at q + origin + (r − zero) · direction
     std::array<double, 3> direction{};  ///< unit
     double zero = 0.0;                  ///< metres
     double window = 0.0;                ///< metres: surface from focus, along y
@@ -388,12 +389,12 @@ struct SensorReport {
     std::array<std::uint8_t, 4> detail{};   ///< of the code
     std::array<std::uint32_t, 4> count{};   ///< measurements
     std::array<std::uint32_t, 4> repeats{};
-    std::array<std::uint32_t, 4> bad{};        ///< telegrams that failed
-    std::array<std::uint16_t, 4> last_bad{};   ///< why the last of them did
-    std::uint8_t surface = 0;                  ///< 0 not watched, 1 waiting, 2 fine, 3 not seen, 4 off
-    std::int32_t surface_depth = 0;            ///< y in h; wire units
-    std::int32_t shift = 0;                    ///< of y, to follow it; wire units
-    std::array<std::int32_t, 3> seating{};     ///< deviation of each in the last check of the seat; wire units
+    std::array<std::uint32_t, 4> bad{};       ///< telegrams that failed
+    std::array<std::uint16_t, 4> last_bad{};  ///< why the last of them did
+    std::uint8_t surface = 0;                 ///< 0 not watched, 1 waiting, 2 fine, 3 not seen, 4 off
+    std::int32_t surface_depth = 0;           ///< y in h; wire units
+    std::int32_t shift = 0;                   ///< of y, to follow it; wire units
+    std::array<std::int32_t, 3> seating{};    ///< deviation of each in the last check of the seat; wire units
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("cell_time_us", m.cell_time_us), v("value", m.value), v("age_us", m.age_us), v("quality", m.quality);

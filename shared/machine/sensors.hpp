@@ -44,13 +44,13 @@ struct SensorConfig {
     std::uint8_t address = 0;  ///< 1..247
     /// What the sensor must say of itself: serial number (triangulation) or stored offset (phase); 0 = any.
     std::uint32_t identity = 0;
-    SensorValue near = 0;           ///< values below are out of range
-    SensorValue far = 0;            ///< and above
-    SensorValue jump = 0;           ///< a value so far from the last one must be confirmed by a second; 0 = none is
-    std::int64_t update_ns = 0;     ///< the sensor has a new value so often
-    std::int64_t patience_ns = 0;   ///< an answer that has not begun so long after the request will not come
-    std::int64_t stuck_ns = 0;      ///< the same value for so long means that the sensor has frozen
-    std::int64_t too_old_ns = 0;    ///< a value older than this is stale
+    SensorValue near = 0;          ///< values below are out of range
+    SensorValue far = 0;           ///< and above
+    SensorValue jump = 0;          ///< a value so far from the last one must be confirmed by a second; 0 = none is
+    std::int64_t update_ns = 0;    ///< the sensor has a new value so often
+    std::int64_t patience_ns = 0;  ///< an answer that has not begun so long after the request will not come
+    std::int64_t stuck_ns = 0;     ///< the same value for so long means that the sensor has frozen
+    std::int64_t too_old_ns = 0;   ///< a value older than this is stale
 };
 
 struct SensorsConfig {

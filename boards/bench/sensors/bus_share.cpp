@@ -66,7 +66,8 @@ double readings_per_s(const SensorBusConfig& bus, int request_bytes, int answer_
     return 1.0 / ((request_bytes + answer_bytes) * character + 2.0 * silence + turn_round_s);
 }
 
-BusShares measure_bus_shares(const sim::World& world, const SensorsConfig& config, double seconds, bool whole_telegrams) {
+BusShares measure_bus_shares(const sim::World& world, const SensorsConfig& config, double seconds,
+                             bool whole_telegrams) {
     sim::SensorPlant plant(config, world);
     sensors::SensorHub hub(config, kPeriodNs);
     const auto out = std::make_unique<ServoOutputs>();

@@ -161,10 +161,9 @@ void CellPlant::move(std::int64_t t_ns, std::size_t first_frame, const ServoOutp
     for (SimDrive& drive : drives_) {
         drive.step_to(t_ns);
     }
-    sensors_.step_to(t_ns,
-                     {drives_[0].load_position_at(t_ns), drives_[1].load_position_at(t_ns),
-                      drives_[2].load_position_at(t_ns)},
-                     drives_[3].load_position_at(t_ns));
+    sensors_.step_to(
+        t_ns, {drives_[0].load_position_at(t_ns), drives_[1].load_position_at(t_ns), drives_[2].load_position_at(t_ns)},
+        drives_[3].load_position_at(t_ns));
 }
 
 void CellPlant::fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink& sink) {

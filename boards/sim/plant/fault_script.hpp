@@ -89,8 +89,8 @@ struct FaultEvent {
 /// mute|stubborn|speaks_raycus|speaks_jpt (its serial port), laser ok, shutter
 /// stuck|dropped|unplugged|ok, key off|setup|production, galvo fail|absent|float_high|float_low|ok, drive x|y|z|c
 /// freeze|stall|silent|recover, drive … fault CODE, sensor y|1|2|3
-/// silent|crc|wrong_slave|exception|chopped|stale|foreign|blind|slipped|swapped|ok, link cut|restore. Throws WorldError with file name and line for
-/// anything else. Events at a time come out in order of time.
+/// silent|crc|wrong_slave|exception|chopped|stale|foreign|blind|slipped|swapped|ok, link cut|restore. Throws WorldError
+/// with file name and line for anything else. Events at a time come out in order of time.
 [[nodiscard]] std::vector<FaultEvent> parse_fault_script(std::string_view text, const std::string& file);
 [[nodiscard]] std::vector<FaultEvent> read_fault_script(const std::filesystem::path& file);
 

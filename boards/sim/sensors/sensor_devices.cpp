@@ -37,7 +37,9 @@ unsigned modbus_checksum(const std::vector<std::uint8_t>& bytes, std::size_t cou
 
 unsigned word(const std::vector<std::uint8_t>& bytes, std::size_t at) { return bytes[at] * 256U + bytes[at + 1]; }
 
-void push(std::vector<std::uint8_t>& bytes, unsigned value) { bytes.push_back(static_cast<std::uint8_t>(value % 256U)); }
+void push(std::vector<std::uint8_t>& bytes, unsigned value) {
+    bytes.push_back(static_cast<std::uint8_t>(value % 256U));
+}
 void push_word(std::vector<std::uint8_t>& bytes, unsigned value) {
     push(bytes, value / 256U);
     push(bytes, value);
@@ -138,9 +140,8 @@ std::vector<std::uint8_t> ModbusDevice::serve(const std::vector<std::uint8_t>& r
     } else if (function == kWriteOne && request.size() == 8) {
         push_word(answer, first);
         push_word(answer, value);
-        refusal = write(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(value), now_ns)
-                      ? refusal
-                      : kIllegalAddress;
+        refusal = write(static_cast<std::uint16_t>(first), static_cast<std::uint16_t>(value), now_ns) ? refusal
+                                                                                                      : kIllegalAddress;
     } else if (function == kWriteMany && request.size() == 9 + 2 * value && request[6] == 2 * value) {
         push_word(answer, first);
         push_word(answer, value);
@@ -209,8 +210,7 @@ std::optional<std::uint16_t> TriangulationDevice::read(std::uint8_t function, st
     switch (reg) {
         case 1: return 602;
         case 2: return 17;
-        case 3:
-            return static_cast<std::uint16_t>(truth_.serial + (trouble_ == SensorTrouble::foreign ? 1.0 : 0.0));
+        case 3: return static_cast<std::uint16_t>(truth_.serial + (trouble_ == SensorTrouble::foreign ? 1.0 : 0.0));
         case 4: return static_cast<std::uint16_t>(std::lround(truth_.base * 1e3));
         case 5: return static_cast<std::uint16_t>(std::lround(truth_.range * 1e3));
         case 6: return value_at(now_ns);
@@ -344,8 +344,8 @@ std::optional<SlaveAnswer> AsciiDevice::act(std::int64_t now_ns) {
     if (trouble_ == SensorTrouble::wrong_slave) {
         (void)std::snprintf(head, sizeof(head), "%%%02u", (address_ + 1) % 100U);
     }
-    std::string text = with_check(std::string(head) + (trouble_ == SensorTrouble::exception ? "!04"
-                                                                                           : "$RMD" + value_text()));
+    std::string text =
+        with_check(std::string(head) + (trouble_ == SensorTrouble::exception ? "!04" : "$RMD" + value_text()));
     if (trouble_ == SensorTrouble::crc) {
         text[text.size() - 2] = text[text.size() - 2] == '0' ? '1' : '0';
     }

@@ -170,8 +170,8 @@ void add_y_sensor(std::vector<NumberKey>& keys) {
     using Y = YSensorTruth;
     const auto error = [&](std::string_view stem, std::string_view suffix, std::string_view unit, double si,
                            double limit, double Y::* member) {
-        keys.push_back(error_key("sensors.y." + std::string(stem), suffix, unit, si, limit, kBySensors,
-                                 y_sensor(member)));
+        keys.push_back(
+            error_key("sensors.y." + std::string(stem), suffix, unit, si, limit, kBySensors, y_sensor(member)));
     };
     const auto plain = [&](std::string_view name, double si, double min, double max, double Y::* member) {
         keys.push_back({"sensors.y." + std::string(name), y_sensor(member), si, min, max});
@@ -206,10 +206,9 @@ void add_triple(std::vector<NumberKey>& keys) {
             return [i, member](WorldSpec& w) -> double& { return w.sensors.triple.beam.at(i).*member; };
         };
         const auto place = [&](std::string_view name, double Vec3::* member) {
-            keys.push_back(error_key(stem + std::string(name), "_mm", "mm", 1e-3, 10'000.0, kBySensors,
-                                     [i, member](WorldSpec& w) -> double& {
-                                         return w.sensors.triple.beam.at(i).place.*member;
-                                     }));
+            keys.push_back(
+                error_key(stem + std::string(name), "_mm", "mm", 1e-3, 10'000.0, kBySensors,
+                          [i, member](WorldSpec& w) -> double& { return w.sensors.triple.beam.at(i).place.*member; }));
         };
         place("x", &Vec3::x);
         place("y", &Vec3::y);

@@ -60,12 +60,9 @@ std::vector<Item> line_job(double y_mm, double length_mm = 60.0, std::uint32_t s
     line.pitch_nm = 20'000;
     line.energy_nj = 300'000;
     line.tolerance_nm = 10'000;
-    return {Turn{0},
-            line,
-            PathPoint{-250 * kMm - half, y, -360 * kMm},
-            PathPoint{-250 * kMm + half, y, -360 * kMm},
-            PathEnd{},
-            JobEnd{}};
+    return {
+        Turn{0},   line,    PathPoint{-250 * kMm - half, y, -360 * kMm}, PathPoint{-250 * kMm + half, y, -360 * kMm},
+        PathEnd{}, JobEnd{}};
 }
 
 CellRig::Options in_world(const std::filesystem::path& world, const std::string& script = "") {
@@ -277,22 +274,18 @@ TEST_P(SeatingFaults, EndInTheirOwnCodeAndNeverInAVerdictOnTheWorkpiece) {
     rig.ticks(8000);
     const auto report = rig.sensors();
     EXPECT_EQ(report.code[2], static_cast<std::uint16_t>(code));
-    const auto reply = rig.check_seating({.expected = {report.value[1], report.value[2], report.value[3]},
-                                          .tolerance = kMm,
-                                          .tilt = kMm,
-                                          .samples = 3});
+    const auto reply = rig.check_seating(
+        {.expected = {report.value[1], report.value[2], report.value[3]}, .tolerance = kMm, .tilt = kMm, .samples = 3});
     EXPECT_EQ(reply.refusal, static_cast<std::uint16_t>(Refusal::seating_no_value));
     EXPECT_EQ(reply.detail, 2000 + static_cast<int>(code));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, SeatingFaults,
-                         testing::Values(std::pair{"silent", SensorCode::timeout}, std::pair{"crc", SensorCode::bad_crc},
-                                         std::pair{"wrong_slave", SensorCode::wrong_slave},
-                                         std::pair{"exception", SensorCode::exception},
-                                         std::pair{"chopped", SensorCode::bad_frame},
-                                         std::pair{"stale", SensorCode::frozen},
-                                         std::pair{"foreign", SensorCode::wrong_device},
-                                         std::pair{"blind", SensorCode::own_fault}));
+INSTANTIATE_TEST_SUITE_P(
+    All, SeatingFaults,
+    testing::Values(std::pair{"silent", SensorCode::timeout}, std::pair{"crc", SensorCode::bad_crc},
+                    std::pair{"wrong_slave", SensorCode::wrong_slave}, std::pair{"exception", SensorCode::exception},
+                    std::pair{"chopped", SensorCode::bad_frame}, std::pair{"stale", SensorCode::frozen},
+                    std::pair{"foreign", SensorCode::wrong_device}, std::pair{"blind", SensorCode::own_fault}));
 
 TEST(SeatingOrder, SwappedSensorsAreNamedByTheOrderThatFits) {
     // A side that leans, so that the three distances differ.
@@ -306,10 +299,8 @@ TEST(SeatingOrder, SwappedSensorsAreNamedByTheOrderThatFits) {
     rig.connect();
     rig.ticks(3000);
     const auto before = rig.sensors();
-    const link::CheckSeating message{.expected = {before.value[1], before.value[2], before.value[3]},
-                                     .tolerance = kMm,
-                                     .tilt = kMm,
-                                     .samples = 10};
+    const link::CheckSeating message{
+        .expected = {before.value[1], before.value[2], before.value[3]}, .tolerance = kMm, .tilt = kMm, .samples = 10};
     EXPECT_EQ(rig.check_seating(message).refusal, 0);
     rig.ticks(2000);
     const auto reply = rig.check_seating(message);

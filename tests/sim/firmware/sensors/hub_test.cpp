@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "firmware/sensors/sensor_hub.hpp"
-
 #include <cmath>
 #include <map>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "firmware/sensors/sensor_hub.hpp"
 #include "tests/sim/firmware/sensors/sensor_rig.hpp"
 
 namespace {
@@ -163,12 +162,10 @@ TEST(SensorHub, ASensorOfLinesOfTextFitsUnderTheSameInterface) {
     rig.run(1.0);
     EXPECT_NEAR(rig.sample(kYSensor).value, rig.truth(kYSensor), 40 * kMicrometre);
     EXPECT_TRUE(sensors::usable(rig.sample(kYSensor).quality));
-    const std::map<SensorTrouble, SensorCode> codes{{SensorTrouble::silent, SensorCode::timeout},
-                                                    {SensorTrouble::crc, SensorCode::bad_crc},
-                                                    {SensorTrouble::wrong_slave, SensorCode::wrong_slave},
-                                                    {SensorTrouble::exception, SensorCode::own_fault},
-                                                    {SensorTrouble::blind, SensorCode::out_of_range},
-                                                    {SensorTrouble::stale, SensorCode::frozen}};
+    const std::map<SensorTrouble, SensorCode> codes{
+        {SensorTrouble::silent, SensorCode::timeout},          {SensorTrouble::crc, SensorCode::bad_crc},
+        {SensorTrouble::wrong_slave, SensorCode::wrong_slave}, {SensorTrouble::exception, SensorCode::own_fault},
+        {SensorTrouble::blind, SensorCode::out_of_range},      {SensorTrouble::stale, SensorCode::frozen}};
     for (const auto& [trouble, code] : codes) {
         rig.plant().trouble(kYSensor, trouble);
         rig.run(2.0);
