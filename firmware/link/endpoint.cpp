@@ -122,7 +122,8 @@ void Endpoint::on(const SetCompensation& compensation) noexcept {
     request(compensation.sequence, event);
 }
 
-void Endpoint::on(const MapChunk& chunk) noexcept {
+// Apart from the decoder, whose frame holds the whole message already.
+[[gnu::noinline]] void Endpoint::on(const MapChunk& chunk) noexcept {
     LinkEvent event;
     event.kind = LinkEvent::Kind::map_chunk;
     event.map_chunk = chunk;
@@ -136,7 +137,7 @@ void Endpoint::on(const SetMap& map) noexcept {
     request(map.sequence, event);
 }
 
-void Endpoint::on(const SetGalvoField& field) noexcept {
+[[gnu::noinline]] void Endpoint::on(const SetGalvoField& field) noexcept {
     LinkEvent event;
     event.kind = LinkEvent::Kind::galvo_field;
     event.galvo_field = field;
