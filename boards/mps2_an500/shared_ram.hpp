@@ -21,7 +21,7 @@ inline constexpr std::size_t kSharedRamFileBytes = std::size_t{16} << 20U;
 /// The PC's "SCPC" and the core's "SCM7". Without the first the core runs free, with its link on UART0.
 inline constexpr std::uint32_t kPcMagic = 0x4350'4353;
 inline constexpr std::uint32_t kCoreMagic = 0x374D'4353;
-inline constexpr std::uint32_t kLayoutVersion = 3;
+inline constexpr std::uint32_t kLayoutVersion = 4;
 
 /// How far the core is. `halted` is final: the fault record says why.
 enum class CoreState : std::uint32_t { starting = 0, ready = 1, halted = 2 };
@@ -69,7 +69,7 @@ struct SharedRam {
     std::uint32_t pc_layout_version = 0;
     std::uint32_t boot_id = 0;
     std::uint32_t config_size = 0;
-    std::array<std::uint8_t, 1008> config{};  ///< link::serialise of the machine
+    std::array<std::uint8_t, 1264> config{};  ///< link::serialise of the machine
 
     // The core's, before it is `ready`.
     std::uint32_t core_magic = 0;
@@ -101,8 +101,8 @@ struct SharedRam {
 
 static_assert(sizeof(SharedRam::config) >= link::kConfigSize);
 static_assert(std::is_trivially_copyable_v<SharedRam> && std::is_standard_layout_v<SharedRam>);
-static_assert(offsetof(SharedRam, core_magic) == 1024 && offsetof(SharedRam, schema_hash) == 1032 &&
-              offsetof(SharedRam, request) == 1112 && offsetof(SharedRam, inputs) == 1112 + 36 + 4 * kLoops);
+static_assert(offsetof(SharedRam, core_magic) == 1280 && offsetof(SharedRam, schema_hash) == 1288 &&
+              offsetof(SharedRam, request) == 1368 && offsetof(SharedRam, inputs) == 1368 + 36 + 4 * kLoops);
 static_assert(sizeof(SharedRam) <= kSharedRamFileBytes);
 
 }  // namespace sc::mps2_an500

@@ -33,6 +33,7 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id, Reta
       head_(machine.galvo),
       power_(machine.laser),
       mopa_(machine.laser.source, machine.control_period_ns),
+      hub_(machine.sensors, machine.control_period_ns),
       runner_(machine),
       retained_(retained),
       retained_record_(retained == nullptr ? std::nullopt : retained->read()) {}
@@ -307,6 +308,7 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     link_.receive(in.tick, in.link_rx);
     take_events(in);
     speak_to_source(in, out);
+    sense(in, out);
     watch_inputs(in);
     watch_drives(in);
     watch_link(in);
@@ -334,6 +336,7 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
         follow_drives();
     }
     watch_set_points(before, in.tick);
+    watch_surface(in.tick);
     gate(in, out);
     lines(out);
     drive(in, out);

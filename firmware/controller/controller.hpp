@@ -18,6 +18,8 @@
 #include "firmware/safety/shutter_watch.hpp"
 #include "firmware/safety/supervisor.hpp"
 #include "firmware/safety/watch.hpp"
+#include "firmware/sensors/seating.hpp"
+#include "firmware/sensors/sensor_hub.hpp"
 #include "shared/machine/machine.hpp"
 
 namespace sc {
@@ -48,6 +50,7 @@ public:
     [[nodiscard]] const JobRunner& runner() const noexcept { return runner_; }
     [[nodiscard]] const drives::Outcome& drives_seen() const noexcept { return drives_seen_; }
     [[nodiscard]] const safety::MoSequencer& master_oscillator() const noexcept { return mo_; }
+    [[nodiscard]] const sensors::SensorHub& sensor_hub() const noexcept { return hub_; }
     [[nodiscard]] std::uint32_t pulses_total() const noexcept { return pulses_total_; }
     [[nodiscard]] std::uint32_t starvations() const noexcept { return starvations_; }
 
@@ -81,6 +84,13 @@ private:
     [[nodiscard]] bool geometry_may_change() const noexcept;
     [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;
     [[nodiscard]] Verdict set_map(const link::SetMap& message) noexcept;
+
+    void sense(const ServoInputs& in, ServoOutputs& out) noexcept;
+    [[nodiscard]] Verdict set_surface(const link::SetSurface& message) noexcept;
+    [[nodiscard]] Verdict check_seating(const link::CheckSeating& message, std::int64_t tick) noexcept;
+    [[nodiscard]] Verdict fire_in_turn(const link::Command& command) noexcept;
+    void report_sensors(std::int64_t tick) noexcept;
+    void watch_surface(std::int64_t tick) noexcept;
 
     void watch_inputs(const ServoInputs& in) noexcept;
     void watch_beam(const ServoInputs& in) noexcept;
@@ -121,6 +131,10 @@ private:
     laser::PowerPort power_;
     laser::MopaSerial mopa_;
     std::uint32_t width_sequence_ = 0;
+    sensors::SensorHub hub_;
+    sensors::SeatingCheck seating_;
+    std::uint32_t seating_sequence_ = 0;
+    bool seating_failed_ = false;    ///< the last check of the seat did
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
     GalvoField field_;               ///< as it comes over the link, in part
     std::size_t field_numbers_ = 0;

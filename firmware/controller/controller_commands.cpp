@@ -26,6 +26,7 @@ void Controller::take_events(const ServoInputs& in) noexcept {
             case link::LinkEvent::Kind::session_resumed: break;
             case link::LinkEvent::Kind::session_open:
                 // Nothing of another host's session goes on by itself.
+                seating_failed_ = false;
                 (void)abort();
                 break;
             case link::LinkEvent::Kind::command: {
@@ -78,6 +79,17 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                 link_.reply(event.compensation.sequence, verdict.refusal, verdict.detail);
                 break;
             }
+            case link::LinkEvent::Kind::surface: {
+                const Verdict verdict = set_surface(event.surface);
+                link_.reply(event.surface.sequence, verdict.refusal, verdict.detail);
+                break;
+            }
+            case link::LinkEvent::Kind::seating:
+                if (const Verdict verdict = check_seating(event.seating, in.tick); verdict.refusal != Refusal::none) {
+                    link_.reply(event.seating.sequence, verdict.refusal, verdict.detail);
+                }
+                break;
+            case link::LinkEvent::Kind::sensors: report_sensors(in.tick); break;
             case link::LinkEvent::Kind::map_chunk: {
                 const Verdict verdict = take_map_chunk(event.map_chunk);
                 link_.reply(event.map_chunk.sequence, verdict.refusal, verdict.detail);
@@ -143,6 +155,7 @@ Controller::Verdict Controller::decide(const link::Command& command, const Servo
             return verdict;
         }
         case link::Verb::set_override: return set_override(command);
+        case link::Verb::lasers_in_turn: return fire_in_turn(command);
         case link::Verb::set_pulse_width: break;  // answered when the source has answered
     }
     return {Refusal::unknown_command, command.verb};
@@ -159,6 +172,9 @@ Controller::Verdict Controller::set_override(const link::Command& command) noexc
 Controller::Verdict Controller::start(Event event, bool preview) noexcept {
     if (!job_open_) {
         return {Refusal::job_mismatch, 0};
+    }
+    if (!preview && (seating_failed_ || seating_.busy())) {
+        return {Refusal::seating_not_proven, 0};
     }
     const Verdict verdict = post(event);
     if (verdict.refusal == Refusal::none) {
@@ -246,6 +262,9 @@ Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {
     }
     if (machine_.galvo.convention == GalvoConvention::unset) {
         return {Refusal::galvo_convention_unset, 0};
+    }
+    if (seating_failed_ || seating_.busy()) {
+        return {Refusal::seating_not_proven, 0};
     }
     return post(Event::arm);
 }

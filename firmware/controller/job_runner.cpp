@@ -22,7 +22,8 @@ JobRunner::JobRunner(const MachineConfig& machine) noexcept
       y_retracted_(machine.y_retracted.si()),
       geometry_(machine),
       field_(machine.galvo),
-      follower_(machine) {
+      follower_(machine),
+      surface_(machine.control_period_ns, machine.axis[kY].latency_ns) {
     set_galvo_lag(lag_of(machine.galvo));
     set_map(kNoMap, {});
     // Depth goes with the mirrors' path.
@@ -49,6 +50,7 @@ void JobRunner::stand_at(const AxisPositions& set_point) noexcept {
         }
     }
     set_point_ = set_point;
+    surface_.rest();
     place_ = geometry_.place_of(set_point);
 }
 
@@ -65,15 +67,57 @@ void JobRunner::set_galvo_lag(const GalvoLag& lag) noexcept {
     follower_.set_mirror_latency(lag.latency_ns);
 }
 
-void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
+void JobRunner::set_limits() noexcept {
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         const AxisConfig& axis = machine_.axis[i];
-        stage_limits_.speed[i] = axis.speed - cost.speed[i];
-        stage_limits_.acceleration[i] = axis.acceleration - cost.acceleration[i];
-        stage_limits_.jerk[i] = axis.jerk - cost.jerk[i];
+        stage_limits_.speed[i] = axis.speed - map_cost_.speed[i];
+        stage_limits_.acceleration[i] = axis.acceleration - map_cost_.acceleration[i];
+        stage_limits_.jerk[i] = axis.jerk - map_cost_.jerk[i];
     }
+    const auto following = surface_.cost();
+    stage_limits_.speed[kY] -= following[0];
+    stage_limits_.acceleration[kY] -= following[1];
+    stage_limits_.jerk[kY] -= following[2];
     path_limits_ = stage_limits_;
     path_limits_.speed[kC] = path_limits_.acceleration[kC] = path_limits_.jerk[kC] = 0.0;
+}
+
+bool JobRunner::set_surface(const sensors::SurfaceSettings& settings) noexcept {
+    if (!surface_.set(settings)) {
+        return false;
+    }
+    set_limits();
+    place_ = geometry_.place_of(set_point_);
+    return true;
+}
+
+/// Before a path begins: the surface has been seen, is where it should be, and the shift has come to rest.
+bool JobRunner::surface_is_there() noexcept {
+    if (!surface_.on() || preview_) {
+        return true;
+    }
+    const std::uint32_t item = items_taken_ > 0 ? items_taken_ - 1 : 0;
+    switch (surface_.verdict()) {
+        case sensors::Surface::Verdict::waiting: return false;
+        case sensors::Surface::Verdict::fine: return surface_.settled();
+        case sensors::Surface::Verdict::not_seen: refuse(Refusal::surface_not_seen, item, Axis::y, place_[kY]); break;
+        case sensors::Surface::Verdict::off: refuse(Refusal::surface_not_there, item, Axis::y, surface_.depth()); break;
+    }
+    return false;
+}
+
+void JobRunner::follow_surface() noexcept {
+    const bool near = phase_ == Phase::settle || phase_ == Phase::await_plan || phase_ == Phase::path;
+    if (!near && surface_.verdict() != sensors::Surface::Verdict::waiting) {
+        surface_.forget();
+    }
+    const bool steady = phase_ == Phase::path && by_mirrors();
+    surface_.step(tick_ * machine_.control_period_ns, sample_, {place_[kX], place_[kY], place_[kZ]}, near, steady);
+}
+
+void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
+    map_cost_ = cost;
+    set_limits();
     geometry_.set(map, cost);
     set_retreat();
     place_ = geometry_.place_of(set_point_);
@@ -446,7 +490,7 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::settle:
             galvo_still(out);
             at_rest_ = stopping_;
-            if (rest_ticks_ * machine_.control_period_ns >= machine_.settle_ns) {
+            if (rest_ticks_ * machine_.control_period_ns >= machine_.settle_ns && surface_is_there()) {
                 phase_ = Phase::await_plan;
             }
             break;
@@ -470,7 +514,14 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::jog: move_step(out); break;
         case Phase::path: path_step(may_mark, out); break;
     }
-    set_point_ = geometry_.set_point_of(place_);
+    if (surface_.on()) {
+        follow_surface();
+        motion::Place shifted = place_;
+        shifted[kY] += surface_.shift();
+        set_point_ = geometry_.set_point_of(shifted);
+    } else {
+        set_point_ = geometry_.set_point_of(place_);
+    }
     if (machine_.galvo.follow != FollowAxes::off) {
         follower_.note(tick, set_point_);
     }

@@ -11,6 +11,7 @@
 #include "firmware/motion/move.hpp"
 #include "firmware/motion/path_motion.hpp"
 #include "firmware/motion/stage_curve.hpp"
+#include "firmware/sensors/surface.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/machine/galvo_lag.hpp"
 #include "shared/machine/machine.hpp"
@@ -84,6 +85,13 @@ public:
     /// Power over the power byte as measured; a sound one.
     void set_power_curve(const PowerCurve& curve) noexcept { curve_ = curve; }
 
+    /// What the Y sensor is used for; false, with nothing changed, for settings that make no sense. Only while nothing
+    /// moves.
+    [[nodiscard]] bool set_surface(const sensors::SurfaceSettings& settings) noexcept;
+    /// The Y sensor's reading, before `step`.
+    void see(const sensors::Sample& sample) noexcept { sample_ = sample; }
+    [[nodiscard]] const sensors::Surface& surface() const noexcept { return surface_; }
+
     /// `preview`: no pulses, and paths no faster than the guide laser may go.
     /// Begun in its midst, the first path is run from its beginning, dark up to the first pulse that is not yet done:
     /// so each of the others is where, and as, it would have been.
@@ -140,6 +148,9 @@ private:
         return static_cast<double>(wire) / kWireUnitsPerMetre;
     }
     void set_retreat() noexcept;
+    void set_limits() noexcept;
+    [[nodiscard]] bool surface_is_there() noexcept;
+    void follow_surface() noexcept;
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
@@ -209,6 +220,9 @@ private:
     AxisFollower follower_;
     laser::PulsePlacer placer_;
     PowerCurve curve_;
+    MapCost map_cost_;
+    sensors::Surface surface_;
+    sensors::Sample sample_;
     motion::Move move_;
 
     Phase phase_ = Phase::idle;

@@ -23,7 +23,8 @@ bool JobRunner::in_travel(const motion::Place& place, std::uint32_t item) noexce
     for (const Axis axis : {Axis::x, Axis::y, Axis::z}) {
         const AxisConfig& config = machine_.axis[index(axis)];
         const double p = place[index(axis)];
-        const double margin = kTravelMargin + geometry_.map_shift(index(axis));
+        const double following = axis == Axis::y ? surface_.reach() : 0.0;
+        const double margin = kTravelMargin + geometry_.map_shift(index(axis)) + following;
         if (!(p >= config.travel_min + margin && p <= config.travel_max - margin)) {
             refuse(Refusal::out_of_travel, item, axis, p);
             return false;

@@ -22,6 +22,8 @@ inline constexpr std::size_t kDriveFramesPerTick = 24;
 inline constexpr std::size_t kLaserRunsPerTick = 176;
 inline constexpr std::size_t kPathPulsesPerTick = 512;
 inline constexpr std::size_t kSourceBytesPerTick = 16;
+inline constexpr std::size_t kSensorBytesPerTick = 32;       ///< of one bus: 230 400 baud at most
+inline constexpr std::size_t kSensorTransmissionBytes = 16;  ///< longest request to a sensor
 
 /// A CAN 2.0A frame on the drive bus.
 struct DriveFrame {
@@ -98,6 +100,23 @@ enum class GuardCause : std::uint8_t {
     key = 32
 };
 
+/// A byte that the receiver of an RS485 bus has heard.
+struct SensorByte {
+    std::uint8_t data = 0;
+    std::uint8_t flags = 0;    ///< 1 parity wrong, 2 no stop bit, 4 bytes before it were lost
+    std::uint16_t age_us = 0;  ///< its stop bit ended so long before t_n; the times of a tick's bytes rise
+    bool operator==(const SensorByte&) const noexcept = default;
+};
+
+/// What the board sends on an RS485 bus. The driver is enabled from just before the first start bit to the end of the
+/// last stop bit (hardware DE), and the receiver hears nothing meanwhile. May last longer than the window.
+struct SensorTransmission {
+    std::array<std::uint8_t, kSensorTransmissionBytes> bytes{};
+    std::uint8_t size = 0;       ///< 0: nothing
+    std::uint32_t delay_ns = 0;  ///< start of the first start bit after t_n+1, less than a control period
+    bool operator==(const SensorTransmission&) const noexcept = default;
+};
+
 struct ServoInputs {
     std::int64_t tick = 0;
     std::span<const std::uint8_t> link_rx;  ///< bytes that have arrived since the last tick (framed, serial carrier)
@@ -109,6 +128,8 @@ struct ServoInputs {
     /// JPT 57 600 8N1.
     std::span<const std::uint8_t> source_rx{};
     EncoderInputs encoders{};
+    /// Bytes of each sensor bus in (t_n−1, t_n], kSensorBytesPerTick at most.
+    std::array<std::span<const SensorByte>, kSensorBuses> sensor_rx{};
 };
 
 /// One XY2-100 frame: the place asked for at the surface relative to the field's centre, and the two words on the wire.
@@ -160,6 +181,7 @@ struct ServoOutputs {
     std::size_t pulses_size = 0;
     std::array<std::uint8_t, kSourceBytesPerTick> source_tx{};  ///< to the source's serial port
     std::size_t source_tx_size = 0;
+    std::array<SensorTransmission, kSensorBuses> sensor_tx{};  ///< of each sensor bus
     DigitalOutputs digital;
     bool gate_allowed = false;  ///< what frame_guard may let through in the window of this tick
     bool clear_power = false;   ///< with the window of this tick the power byte 0 is latched, unless it is already

@@ -144,7 +144,8 @@ void Endpoint::on(const SetCompensation& compensation) noexcept {
     request(compensation.sequence, event);
 }
 
-void Endpoint::on(const MapChunk& chunk) noexcept {
+// Apart from the decoder, whose frame holds the whole message already.
+[[gnu::noinline]] void Endpoint::on(const MapChunk& chunk) noexcept {
     LinkEvent event;
     event.kind = LinkEvent::Kind::map_chunk;
     event.map_chunk = chunk;
@@ -158,7 +159,7 @@ void Endpoint::on(const SetMap& map) noexcept {
     request(map.sequence, event);
 }
 
-void Endpoint::on(const SetGalvoField& field) noexcept {
+[[gnu::noinline]] void Endpoint::on(const SetGalvoField& field) noexcept {
     LinkEvent event;
     event.kind = LinkEvent::Kind::galvo_field;
     event.galvo_field = field;
@@ -177,6 +178,28 @@ void Endpoint::on(const SetGalvoLag& lag) noexcept {
     event.kind = LinkEvent::Kind::galvo_lag;
     event.galvo_lag = lag;
     request(lag.sequence, event);
+}
+
+void Endpoint::on(const SetSurface& surface) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::surface;
+    event.surface = surface;
+    request(surface.sequence, event);
+}
+
+void Endpoint::on(const CheckSeating& seating) noexcept {
+    LinkEvent event;
+    event.kind = LinkEvent::Kind::seating;
+    event.seating = seating;
+    request(seating.sequence, event);
+}
+
+void Endpoint::on(const SensorsRequest& /*request*/) noexcept {
+    if (session_open_) {
+        LinkEvent event;
+        event.kind = LinkEvent::Kind::sensors;
+        static_cast<void>(push_event(event));
+    }
 }
 
 void Endpoint::take_block(std::span<const std::uint8_t> payload) noexcept {
@@ -290,7 +313,7 @@ LinkCounters Endpoint::counters() const noexcept {
 std::size_t Endpoint::transmit(std::span<std::uint8_t> out) noexcept {
     Outbox box{out};
     static_cast<void>(send_hello(box) && send_replies(box) && send_refused(box) && send_ack(box) && send_missing(box) &&
-                      send_position(box) && send_status(box) && send_config(box));
+                      send_position(box) && send_status(box) && send_report(box) && send_config(box));
     return box.size;
 }
 
@@ -430,6 +453,16 @@ bool Endpoint::send_status(Outbox& box) noexcept {
         return false;
     }
     status_.reset();
+    return true;
+}
+
+bool Endpoint::send_report(Outbox& box) noexcept {
+    if (report_) {
+        if (!send(box, *report_)) {
+            return false;
+        }
+        report_.reset();
+    }
     return true;
 }
 

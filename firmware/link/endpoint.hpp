@@ -20,7 +20,8 @@
 namespace sc::link {
 
 /// Something the controller must decide on. A command, job_open, job_resume, compensation, map_chunk, set_map,
-/// galvo_field, power_curve or galvo_lag is owed a `reply` with its sequence, a position_request a `position`.
+/// galvo_field, power_curve, galvo_lag, surface or seating is owed a `reply` with its sequence, a position_request a
+/// `position`, sensors a `report`.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,
@@ -34,6 +35,9 @@ struct LinkEvent {
         galvo_field,
         power_curve,
         galvo_lag,
+        surface,
+        seating,
+        sensors,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
     };
@@ -48,6 +52,8 @@ struct LinkEvent {
     SetGalvoField galvo_field;
     SetPowerCurve power_curve;
     SetGalvoLag galvo_lag;
+    SetSurface surface;
+    CheckSeating seating;
 };
 
 /// Monotonic counts since start.
@@ -125,6 +131,8 @@ public:
 
     /// Sends this in place of any status not yet sent. The link's own counters are filled in.
     void status(const Status& status) noexcept { status_ = status; }
+    /// What the sensors say; sent in place of one not yet sent.
+    void report(const SensorReport& report) noexcept { report_ = report; }
 
     [[nodiscard]] bool session_open() const noexcept { return session_open_; }
     /// Minor version that the session speaks.
@@ -135,8 +143,8 @@ public:
     [[nodiscard]] std::int64_t last_heard() const noexcept { return last_heard_; }
 
     /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, gaps, position,
-    /// status, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let everything
-    /// through in time (a chunk of configuration shrinks to the room).
+    /// status, sensors, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let
+    /// everything through in time (a chunk of configuration shrinks to the room).
     std::size_t transmit(std::span<std::uint8_t> out) noexcept;
 
     [[nodiscard]] LinkCounters counters() const noexcept;
@@ -166,6 +174,9 @@ private:
     void on(const SetGalvoField& field) noexcept;
     void on(const SetPowerCurve& curve) noexcept;
     void on(const SetGalvoLag& lag) noexcept;
+    void on(const SetSurface& surface) noexcept;
+    void on(const CheckSeating& seating) noexcept;
+    void on(const SensorsRequest& request) noexcept;
     void on(const ConfigRequest& request) noexcept;
     void on(const MapChunk& chunk) noexcept;
     void on(const SetMap& map) noexcept;
@@ -184,6 +195,7 @@ private:
     bool send_position(Outbox& box) noexcept;
     bool send_status(Outbox& box) noexcept;
     bool send_config(Outbox& box) noexcept;
+    bool send_report(Outbox& box) noexcept;
     [[nodiscard]] StreamAck current_ack() const noexcept;
     [[nodiscard]] bool ack_due(const StreamAck& ack) const noexcept;
 
@@ -226,6 +238,7 @@ private:
     std::optional<Position> position_;
     std::optional<Status> status_;
     std::optional<std::uint16_t> config_wanted_;
+    std::optional<SensorReport> report_;
 };
 
 }  // namespace sc::link

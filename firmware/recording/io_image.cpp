@@ -80,6 +80,49 @@ std::size_t get_source(ByteReader& in, std::span<std::uint8_t, kSourceBytesPerTi
     return bytes.size();
 }
 
+void put_sensors(ByteWriter& out, std::span<const SensorByte> bytes) noexcept {
+    out.put(static_cast<std::uint8_t>(bytes.size()));
+    for (const SensorByte& byte : bytes) {
+        out.put(byte.data);
+        out.put(byte.flags);
+        out.put(byte.age_us);
+    }
+}
+std::size_t get_sensors(ByteReader& in, std::span<SensorByte, kSensorBytesPerTick> out) noexcept {
+    const std::size_t count = in.get<std::uint8_t>();
+    if (count > out.size()) {
+        in.fail();
+        return 0;
+    }
+    for (SensorByte& byte : out.first(count)) {
+        byte.data = in.get<std::uint8_t>();
+        byte.flags = in.get<std::uint8_t>();
+        byte.age_us = in.get<std::uint16_t>();
+    }
+    return count;
+}
+void put(ByteWriter& out, const SensorTransmission& sent) noexcept {
+    out.put(sent.size);
+    if (sent.size > 0) {
+        out.put(sent.delay_ns);
+        out.put_bytes(std::span(sent.bytes).first(sent.size));
+    }
+}
+void get(ByteReader& in, SensorTransmission& sent) noexcept {
+    sent.size = in.get<std::uint8_t>();
+    if (sent.size > sent.bytes.size()) {
+        in.fail();
+        sent.size = 0;
+    }
+    if (sent.size > 0) {
+        sent.delay_ns = in.get<std::uint32_t>();
+        const auto bytes = in.get_bytes(sent.size);
+        for (std::size_t i = 0; i < bytes.size(); ++i) {
+            sent.bytes[i] = bytes[i];
+        }
+    }
+}
+
 bool same(const GalvoFrame& a, const GalvoFrame& b) noexcept {
     return a.x_pm == b.x_pm && a.z_pm == b.z_pm && a.word_x == b.word_x && a.word_z == b.word_z;
 }
@@ -193,7 +236,8 @@ EncoderInputs get_encoders(ByteReader& in) noexcept {
 
 std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcept {
     if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick ||
-        inputs.source_rx.size() > kSourceBytesPerTick) {
+        inputs.source_rx.size() > kSourceBytesPerTick || inputs.sensor_rx[0].size() > kSensorBytesPerTick ||
+        inputs.sensor_rx[1].size() > kSensorBytesPerTick) {
         return 0;
     }
     ByteWriter writer(out);
@@ -206,6 +250,9 @@ std::size_t pack(const ServoInputs& inputs, std::span<std::uint8_t> out) noexcep
     put(writer, inputs.drive_rx);
     put_source(writer, inputs.source_rx);
     put(writer, inputs.encoders);
+    for (const auto& bus : inputs.sensor_rx) {
+        put_sensors(writer, bus);
+    }
     return writer.ok() ? writer.size() : 0;
 }
 
@@ -219,6 +266,10 @@ bool unpack(std::span<const std::uint8_t> bytes, StoredInputs& stored) noexcept 
     stored.inputs.drive_rx = std::span(stored.drive_rx).first(get_drive_frames(reader, stored.drive_rx));
     stored.inputs.source_rx = std::span(stored.source_rx).first(get_source(reader, stored.source_rx));
     stored.inputs.encoders = get_encoders(reader);
+    for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+        const std::size_t count = get_sensors(reader, stored.sensor_rx[bus]);
+        stored.inputs.sensor_rx[bus] = std::span(stored.sensor_rx[bus]).first(count);
+    }
     return reader.exhausted();
 }
 
@@ -252,6 +303,9 @@ std::size_t pack(const ServoOutputs& outputs, std::span<std::uint8_t> out, Outpu
     }
     end_part(OutputPart::pulses);
     put_source(writer, std::span(outputs.source_tx).first(outputs.source_tx_size));
+    for (const SensorTransmission& sent : outputs.sensor_tx) {
+        put(writer, sent);
+    }
     writer.put(bits_of(outputs.digital));
     writer.put(static_cast<std::uint8_t>((outputs.gate_allowed ? 1U : 0U) | (outputs.cancel_laser ? 2U : 0U) |
                                          (outputs.clear_power ? 4U : 0U)));
@@ -280,6 +334,9 @@ bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept
         pulse = get_path_pulse(reader);
     }
     outputs.source_tx_size = get_source(reader, outputs.source_tx);
+    for (SensorTransmission& sent : outputs.sensor_tx) {
+        get(reader, sent);
+    }
     outputs.digital = digital_outputs(reader.get<std::uint8_t>());
     const auto flags = reader.get<std::uint8_t>();
     outputs.gate_allowed = (flags & 1U) != 0;
@@ -293,6 +350,9 @@ bool unpack(std::span<const std::uint8_t> bytes, ServoOutputs& outputs) noexcept
 void clear(ServoOutputs& outputs) noexcept {
     outputs.link_tx_size = outputs.drive_tx_size = outputs.laser_size = outputs.pulses_size = 0;
     outputs.source_tx_size = 0;
+    for (SensorTransmission& sent : outputs.sensor_tx) {
+        sent.size = 0;
+    }
     outputs.gate_allowed = outputs.cancel_laser = outputs.clear_power = false;
 }
 

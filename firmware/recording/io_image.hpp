@@ -16,16 +16,18 @@ namespace sc::recording {
 
 inline constexpr std::size_t kDriveFrameBytes = 2 + 1 + 8;
 inline constexpr std::size_t kEncoderBytes = 1 + 4 + 8 * kAxisCount;
-inline constexpr std::size_t kInputsImageCapacity = 8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 +
-                                                    kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
-                                                    kEncoderBytes;
+inline constexpr std::size_t kSensorByteBytes = 1 + 1 + 2;
+inline constexpr std::size_t kInputsImageCapacity =
+    8 + 2 + 2 + 1 + 2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 1 + kSourceBytesPerTick +
+    kEncoderBytes + kSensorBuses * (1 + kSensorBytesPerTick * kSensorByteBytes);
 inline constexpr std::size_t kLaserRunBytes = 8 + 8 + 4 + 2 + 1 + 1 + 2;
 inline constexpr std::size_t kPathPulseBytes = 4 + 1 + 1 + 4 + 8 + 24 + 8;
 inline constexpr std::size_t kGalvoFrameBytes = 8 + 8 + 4 + 4;
 inline constexpr std::size_t kOutputsImageCapacity =
     2 + kLinkBytesPerTick + 2 + kDriveFramesPerTick * kDriveFrameBytes + 4 * 8 + 1 +
     kGalvoFramesPerTick * kGalvoFrameBytes + 2 + kLaserRunsPerTick * kLaserRunBytes + 2 +
-    kPathPulsesPerTick * kPathPulseBytes + 1 + kSourceBytesPerTick + 1 + 1 + 1 + 8;
+    kPathPulsesPerTick * kPathPulseBytes + 1 + kSourceBytesPerTick + kSensorBuses * (1 + 4 + kSensorTransmissionBytes) +
+    1 + 1 + 1 + 8;
 
 /// Digital inputs as they are stored: eight lines from bit 0 on in the order of the structure, then the source's pins.
 [[nodiscard]] constexpr std::uint16_t bits_of(const DigitalInputs& d) noexcept {
@@ -54,6 +56,7 @@ struct StoredInputs {
     std::array<std::uint8_t, kLinkBytesPerTick> link_rx{};
     std::array<DriveFrame, kDriveFramesPerTick> drive_rx{};
     std::array<std::uint8_t, kSourceBytesPerTick> source_rx{};
+    std::array<std::array<SensorByte, kSensorBytesPerTick>, kSensorBuses> sensor_rx{};
 };
 
 /// Bytes written; 0 if `out` is too small (kInputsImageCapacity never is) or the inputs hold more than a tick may.
@@ -69,7 +72,7 @@ enum class OutputPart : std::uint8_t {
     mirrors,     ///< galvo frames
     laser,       ///< runs of triggers
     pulses,      ///< the same pulses in the path domain
-    lines,       ///< bytes to the source, digital outputs, gate, state, faults
+    lines,       ///< bytes to the source and the sensors, digital outputs, gate, state, faults
 };
 inline constexpr std::size_t kOutputParts = 7;
 /// Where in an image each part ends.

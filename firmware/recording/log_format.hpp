@@ -13,7 +13,7 @@
 namespace sc::recording {
 
 inline constexpr std::array<std::uint8_t, 8> kLogMagic{'S', 'C', 'I', 'N', 'P', 'T', '0', '1'};
-inline constexpr std::uint16_t kLogVersion = 3;
+inline constexpr std::uint16_t kLogVersion = 4;
 inline constexpr std::size_t kBuildIdSize = 48;
 
 /// What is needed to build the same controller again.

@@ -17,7 +17,10 @@ constexpr std::uint8_t kLines = 8;
 constexpr std::uint8_t kTickJump = 16;
 constexpr std::uint8_t kState = 32;
 constexpr std::uint8_t kSource = 64;
-constexpr std::uint8_t kEncoders = 0x80;
+constexpr std::uint8_t kMore = 0x80;  ///< a second byte of flags follows
+
+constexpr std::uint8_t kMoreEncoders = 1;
+constexpr std::uint8_t kMoreSensors = 2;
 
 constexpr std::uint8_t kSizeFollows = 0x80;
 
@@ -174,6 +177,54 @@ void get_data(TickMemory& memory, ByteReader& in, std::span<DriveFrame> frames) 
     }
 }
 
+constexpr std::uint8_t kLargeStep = 0xFF;    ///< a step of two bytes follows
+constexpr std::uint8_t kFlagsFollow = 0x80;  ///< in the count: a byte of flags with each
+
+/// Ages fall from byte to byte, mostly by the same step.
+void put_sensors(std::span<const SensorByte> bytes, ByteWriter& out) noexcept {
+    bool flags = false;
+    for (const SensorByte& byte : bytes) {
+        flags = flags || byte.flags != 0;
+    }
+    out.put(static_cast<std::uint8_t>(bytes.size() | (flags ? kFlagsFollow : 0U)));
+    for (std::size_t i = 0; i < bytes.size(); ++i) {
+        out.put(bytes[i].data);
+        if (flags) {
+            out.put(bytes[i].flags);
+        }
+        const auto step = static_cast<std::uint16_t>(i == 0 ? bytes[i].age_us : bytes[i - 1].age_us - bytes[i].age_us);
+        if (i == 0) {
+            out.put(step);
+        } else if (step < kLargeStep) {
+            out.put(static_cast<std::uint8_t>(step));
+        } else {
+            out.put(kLargeStep);
+            out.put(step);
+        }
+    }
+}
+std::size_t get_sensors(std::span<SensorByte> bytes, ByteReader& in) noexcept {
+    const auto head = in.get<std::uint8_t>();
+    const std::size_t count = head & ~std::size_t{kFlagsFollow};
+    if (count > bytes.size()) {
+        in.fail();
+        return 0;
+    }
+    std::uint16_t age = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        bytes[i].data = in.get<std::uint8_t>();
+        bytes[i].flags = (head & kFlagsFollow) != 0 ? in.get<std::uint8_t>() : std::uint8_t{0};
+        if (i == 0) {
+            age = in.get<std::uint16_t>();
+        } else {
+            const auto small = in.get<std::uint8_t>();
+            age = static_cast<std::uint16_t>(age - (small == kLargeStep ? in.get<std::uint16_t>() : small));
+        }
+        bytes[i].age_us = age;
+    }
+    return count;
+}
+
 bool one_size_an_id(std::span<const DriveFrame> frames) noexcept {
     for (std::size_t i = 0; i < frames.size(); ++i) {
         for (std::size_t k = 0; k < i; ++k) {
@@ -279,17 +330,24 @@ void get_checks(const TickMemory& memory, OutputsDigest& digest, ByteReader& in)
 
 bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& memory, ByteWriter& out) noexcept {
     if (inputs.link_rx.size() > kLinkBytesPerTick || inputs.drive_rx.size() > kDriveFramesPerTick ||
-        inputs.source_rx.size() > kSourceBytesPerTick) {
+        inputs.source_rx.size() > kSourceBytesPerTick || inputs.sensor_rx[0].size() > kSensorBytesPerTick ||
+        inputs.sensor_rx[1].size() > kSensorBytesPerTick) {
         return false;
     }
+    const bool sensors = !inputs.sensor_rx[0].empty() || !inputs.sensor_rx[1].empty();
     const std::uint8_t frames = frames_flag(memory, inputs.drive_rx);
     const bool lines = inputs.digital != memory.digital || inputs.galvo_status != memory.galvo_status ||
                        inputs.guard_causes != memory.guard_causes;
     const bool jump = inputs.tick != memory.tick;
     const bool state = digest.state != memory.digest.state || digest.faults != memory.digest.faults;
-    out.put(static_cast<std::uint8_t>(
-        frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) | (jump ? kTickJump : 0U) |
-        (state ? kState : 0U) | (inputs.source_rx.empty() ? 0U : kSource) | (inputs.encoders.valid ? kEncoders : 0U)));
+    const auto more =
+        static_cast<std::uint8_t>((inputs.encoders.valid ? kMoreEncoders : 0U) | (sensors ? kMoreSensors : 0U));
+    out.put(static_cast<std::uint8_t>(frames | (inputs.link_rx.empty() ? 0U : kLink) | (lines ? kLines : 0U) |
+                                      (jump ? kTickJump : 0U) | (state ? kState : 0U) |
+                                      (inputs.source_rx.empty() ? 0U : kSource) | (more != 0 ? kMore : 0U)));
+    if (more != 0) {
+        out.put(more);
+    }
     if (jump) {
         out.put(inputs.tick);
     }
@@ -309,6 +367,11 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
     if (inputs.encoders.valid) {
         put(out, inputs.encoders);
     }
+    if (sensors) {
+        for (const auto& bus : inputs.sensor_rx) {
+            put_sensors(bus, out);
+        }
+    }
     put_frames(frames, memory, inputs.drive_rx, out);
     if (state) {
         out.put(digest.state);
@@ -325,6 +388,10 @@ bool encode(const ServoInputs& inputs, const OutputsDigest& digest, TickMemory& 
 
 bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDigest& digest) noexcept {
     const auto flags = in.get<std::uint8_t>();
+    const std::uint8_t more = (flags & kMore) != 0 ? in.get<std::uint8_t>() : std::uint8_t{0};
+    if ((more & ~unsigned{kMoreEncoders | kMoreSensors}) != 0) {
+        in.fail();
+    }
     if ((flags & kTickJump) != 0) {
         memory.tick = in.get<std::int64_t>();
     }
@@ -355,7 +422,11 @@ bool decode(ByteReader& in, TickMemory& memory, StoredInputs& stored, OutputsDig
             stored.source_rx[source_size++] = byte;
         }
     }
-    const EncoderInputs encoders = (flags & kEncoders) != 0 ? get_encoders(in) : EncoderInputs{};
+    const EncoderInputs encoders = (more & kMoreEncoders) != 0 ? get_encoders(in) : EncoderInputs{};
+    for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+        const std::size_t count = (more & kMoreSensors) != 0 ? get_sensors(stored.sensor_rx[bus], in) : 0;
+        stored.inputs.sensor_rx[bus] = std::span(stored.sensor_rx[bus]).first(count);
+    }
     const auto frames = static_cast<std::uint8_t>(flags & kFramesMask);
     const std::size_t frame_count = get_frames(frames, memory, stored.drive_rx, in);
     digest = memory.digest;

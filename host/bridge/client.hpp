@@ -52,6 +52,12 @@ public:
     /// Sends the map and puts it in force; the identity takes one away. Throws CellRefused with axis and node if the
     /// machine cannot take it.
     void set_map(const AxisMap& map);
+    /// What the Y sensor is used for.
+    void set_surface(const link::SetSurface& surface);
+    /// Waits until the cell has measured and judged the workpiece's seat. Throws CellRefused with what is wrong.
+    void check_seating(const link::CheckSeating& seating);
+    /// What the distance sensors say now. Throws LinkError without an answer.
+    [[nodiscard]] link::SensorReport read_sensors();
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
     /// Opens a job that has been burnt in part; `sequence` is filled in. Throws CellRefused with unknown_command when
@@ -113,6 +119,7 @@ private:
     void take(const link::Position& message) { position_ = message; }
     void take(const link::StreamMissing& message) { missing_ = message; }
     void say_hello();
+    void take(const link::SensorReport& message);
     void shake_hands();
     void check_handshake() const;
     void keep_alive();
@@ -136,6 +143,7 @@ private:
     std::optional<link::Position> position_;
     std::optional<link::StreamMissing> missing_;
     std::uint32_t token_ = 0;
+    std::optional<link::SensorReport> sensors_;
     std::optional<link::Status> status_;
     std::optional<link::StreamAck> ack_;
     std::optional<link::JobRefused> job_refused_;
@@ -145,6 +153,8 @@ private:
 
 /// "set-point of X, table along Z, node 7".
 [[nodiscard]] std::string describe_map_place(const MapFinding& finding);
+/// What a refused check of the seat (Refusal 151..154) says by its detail: "by 0.84 mm" ...; empty for other refusals.
+[[nodiscard]] std::string describe_seating(Refusal refusal, std::int64_t detail);
 /// "jog", "reset_fault" ...
 [[nodiscard]] std::string name_of(link::Verb verb);
 

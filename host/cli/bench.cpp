@@ -36,6 +36,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell bench link
       points a second over each carrier with frames lost, ten million points with everything that may go wrong, and
       200 jobs whose host is killed and started again (some minutes)
+  scribecell bench sensors
+      readings a second on the sensor buses, beside what the lines can carry
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -49,6 +51,7 @@ constexpr std::array kBenches{
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
+    Bench{"sensors", "the sensor buses against what their lines can carry", bench_sensors},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 
 std::string names() {

@@ -77,6 +77,11 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// resume.csv, one row a run.
 [[nodiscard]] std::vector<Figure> bench_link(const BenchOptions& options);
 
+/// Both sensor buses against what their lines can carry, by the program scribecell-sensor-bench. Figures: y_bus_share,
+/// triple_bus_share, the readings a second behind them, and both shares with a board that hands bytes over once a
+/// telegram has ended (the ablation).
+[[nodiscard]] std::vector<Figure> bench_sensors(const BenchOptions& options);
+
 /// Inspection of the casting in tests/data/casting-blank beside its peers, by the program scribecell-allowance-bench:
 /// speed against Embree, exactness against every triangle, signs against CGAL, fit, borrowing, published examples.
 /// Figures of a peer that was not there are left out, and said on stderr. `raw`: allowance.json with the absolute

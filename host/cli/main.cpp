@@ -17,6 +17,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell replay inputs.rec          the controller again, with recorded inputs
   scribecell calibrate galvo-field      the galvo's field correction, from burnt crosses
   scribecell monitor --once             state of a cell
+  scribecell sensors                    what the distance sensors say
   scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell doctor                     what is installed, connected, missing
 
@@ -39,6 +40,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_override(app, exit_code);
         sc::host::cli::add_calibrate(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
+        sc::host::cli::add_sensors(app, exit_code);
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);

@@ -130,8 +130,43 @@ ScribeInput read_input(const ScribeOptions& options) {
     keep_faces(input.job, options.faces);
     input.points_from_table = options.table.has_value();
     input.table_file = options.table.value_or(input.job.table);
-    input.calibration = read_calibration(options.calibration.value_or(input.job.calibration));
+    const std::filesystem::path calibration = options.calibration.value_or(input.job.calibration);
+    input.calibration = read_calibration(calibration);
+    if (input.job.surface && !input.calibration.y_sensor) {
+        throw InputError({.file = calibration.string(),
+                          .problem = "the job has [surface], and this calibration does not say where the Y sensor is",
+                          .value = "y_sensor",
+                          .action = "add [y_sensor] to the calibration, or take [surface] out of the job"});
+    }
     return input;
+}
+
+link::SetSurface surface_of(const Job& job, const CalibrationSet& calibration) {
+    link::SetSurface out;
+    if (!job.surface || !calibration.y_sensor) {
+        return out;
+    }
+    const Vec3& origin = calibration.y_sensor->origin.v;
+    const Vec3& direction = calibration.y_sensor->direction.v;
+    out.mode = job.surface->follow ? 2 : 1;
+    out.origin = {origin.x, origin.y, origin.z};
+    out.direction = {direction.x, direction.y, direction.z};
+    out.zero = calibration.y_sensor->zero;
+    out.window = job.surface->window.si();
+    out.bound = job.surface->bound.si();
+    return out;
+}
+
+link::CheckSeating seating_of(const SeatingSettings& seating) {
+    const auto wire = [](double metres) { return static_cast<std::int32_t>(std::lround(metres * kWireUnitsPerMetre)); };
+    link::CheckSeating out;
+    for (std::size_t i = 0; i < seating.expected.size(); ++i) {
+        out.expected.at(i) = wire(seating.expected.at(i));
+    }
+    out.tolerance = wire(seating.tolerance.si());
+    out.tilt = wire(seating.tilt.si());
+    out.samples = static_cast<std::uint8_t>(seating.samples);
+    return out;
 }
 
 Planned plan_for(const ScribeInput& input, const MachineConfig& machine) {

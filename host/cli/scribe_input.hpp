@@ -12,6 +12,7 @@
 #include "host/formats/job.hpp"
 #include "host/formats/table.hpp"
 #include "host/path/job_plan.hpp"
+#include "shared/link/messages.hpp"
 
 namespace sc::host::cli {
 
@@ -54,6 +55,10 @@ struct Planned {
 };
 /// Throws InputError for anything that the machine cannot do.
 [[nodiscard]] Planned plan_for(const ScribeInput& input, const MachineConfig& machine);
+
+/// What the cell is told of the job's use of its distance sensors.
+[[nodiscard]] link::SetSurface surface_of(const Job& job, const CalibrationSet& calibration);
+[[nodiscard]] link::CheckSeating seating_of(const SeatingSettings& seating);
 
 /// "the horizontal stroke of the cross at marker 5, face 90 (points.csv line 6)": what an item of the stream is for.
 [[nodiscard]] std::string describe_item(const JobPlan& plan, std::size_t item);

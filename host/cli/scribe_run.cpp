@@ -156,6 +156,11 @@ private:
             if (outcome_.plan.pulse_width_ns != 0 && !options_.preview) {
                 client.command(link::Verb::set_pulse_width, outcome_.plan.pulse_width_ns);
             }
+            watch_surface(client);
+            if (input_.job.seating && !options_.preview) {
+                printer_.step("checking the workpiece's seat");
+                client.check_seating(seating_of(*input_.job.seating));
+            }
             if (options_.override_percent) {
                 note_override(*options_.override_percent);
                 client.command(link::Verb::set_override, *options_.override_percent);
@@ -230,6 +235,14 @@ private:
             }
         }
         return draw_session(options_);
+    }
+
+    /// Also takes back what a job before has left in force.
+    void watch_surface(CellClient& client) const {
+        const bool fitted = outcome_.machine.sensors.sensor[kYSensor].kind != SensorKind::none;
+        if (input_.job.surface || fitted) {
+            client.set_surface(surface_of(input_.job, input_.calibration));
+        }
     }
 
     void note_override(int percent) { printer_.step("feed override " + std::to_string(percent) + " %"); }

@@ -21,6 +21,10 @@ constexpr std::array kFrames{PlaceFrame::h, PlaceFrame::c, PlaceFrame::w};
 constexpr Limits kCrossSizeMm{0.1, 200.0};
 constexpr Limits kArcFit{0.0, 0.9};  // what is left of the tolerance is the controller's
 constexpr Limits kLineLengthMm{1.0, 2000.0};
+constexpr Limits kWindowMm{0.01, 50.0};
+constexpr Limits kBoundMm{0.01, 2.0};
+constexpr Limits kSeatingMm{0.01, 50.0};
+constexpr std::int64_t kMostSamples = 100;
 
 PlaceFrame read_frame(TomlReader& table) { return kFrames[table.choice("frame", {"h", "c", "w"})]; }
 
@@ -85,6 +89,22 @@ std::vector<JobFace> read_faces(TomlReader& root) {
     return faces;
 }
 
+SeatingSettings read_seating(TomlReader& table) {
+    SeatingSettings seating;
+    const std::vector<double> expected = table.numbers("expected_mm", seating.expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        if (!(expected[i] > 0.0 && expected[i] <= 20'000.0)) {
+            table.fail("expected_mm", "is no distance of a sensor", decimal(expected[i]),
+                       "take the three over from `scribecell sensors --reference`");
+        }
+        seating.expected.at(i) = expected[i] / 1e3;
+    }
+    seating.tolerance = Length::from_si(table.number("tolerance_mm", kSeatingMm) / 1e3);
+    seating.tilt = Length::from_si(table.number("tilt_mm", kSeatingMm) / 1e3);
+    seating.samples = static_cast<int>(table.integer_or("samples", seating.samples, 1, kMostSamples));
+    return seating;
+}
+
 void read_settings(TomlReader& root, Job& job, const Recipe* recipe) {
     if (auto table = root.table_if("cross")) {
         const Length size = Length::from_si(table->number("size_mm", kCrossSizeMm) / 1e3);
@@ -94,6 +114,20 @@ void read_settings(TomlReader& root, Job& job, const Recipe* recipe) {
     if (auto table = root.table_if("datum_line")) {
         const Length length = Length::from_si(table->number("length_mm", kLineLengthMm) / 1e3);
         job.datum_line = DatumLineSettings{length, read_mark_settings(*table, recipe)};
+        table->finish();
+    }
+    if (auto table = root.table_if("surface")) {
+        SurfaceSettings surface;
+        surface.follow = table->choice("mode", {"check", "follow"}) == 1;
+        surface.window = Length::from_si(table->number("window_mm", kWindowMm) / 1e3);
+        if (surface.follow) {
+            surface.bound = Length::from_si(table->number("bound_mm", kBoundMm) / 1e3);
+        }
+        job.surface = surface;
+        table->finish();
+    }
+    if (auto table = root.table_if("seating")) {
+        job.seating = read_seating(*table);
         table->finish();
     }
     if (!job.cross && !job.datum_line && !root.has("path")) {
@@ -250,6 +284,21 @@ std::string rendered(const std::filesystem::path& path, const Job& job) {
         out.table("datum_line");
         out.number("length_mm", job.datum_line->length.si(), 1e3);
         write_mark_settings(out, job.datum_line->settings);
+    }
+    if (job.surface) {
+        out.table("surface");
+        out.text("mode", job.surface->follow ? "follow" : "check");
+        out.number("window_mm", job.surface->window.si(), 1e3);
+        if (job.surface->follow) {
+            out.number("bound_mm", job.surface->bound.si(), 1e3);
+        }
+    }
+    if (job.seating) {
+        out.table("seating");
+        out.numbers("expected_mm", {job.seating->expected.begin(), job.seating->expected.end()}, 1e3);
+        out.number("tolerance_mm", job.seating->tolerance.si(), 1e3);
+        out.number("tilt_mm", job.seating->tilt.si(), 1e3);
+        out.integer("samples", job.seating->samples);
     }
     if (job.c_from_w) {
         out.table("alignment");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -37,6 +38,22 @@ struct FaceLine {
     PlaceFrame frame = PlaceFrame::w;
     Vec3 from;  ///< metres
     Vec3 to;
+};
+
+/// What the Y sensor is used for while the job is burnt.
+struct SurfaceSettings {
+    bool follow = false;  ///< the focus follows the surface; else it is only checked
+    Length window;        ///< the surface may be so far from the focus along y
+    Length bound;         ///< following never shifts y by more
+    constexpr bool operator==(const SurfaceSettings&) const noexcept = default;
+};
+/// Check of the workpiece's seat by the triple head before the job.
+struct SeatingSettings {
+    std::array<double, 3> expected{};  ///< metres
+    Length tolerance;                  ///< each may be so far off
+    Length tilt;                       ///< and the three so far apart in how far they are off
+    int samples = 10;
+    bool operator==(const SeatingSettings&) const noexcept = default;
 };
 
 struct JobFace {
@@ -76,6 +93,8 @@ struct Job {
     std::filesystem::path calibration;            ///< calibration set (calibration_set.hpp)
     std::optional<CrossSettings> cross;           ///< none: no crosses
     std::optional<DatumLineSettings> datum_line;  ///< none: no datum lines
+    std::optional<SurfaceSettings> surface;       ///< none: the Y sensor is not used
+    std::optional<SeatingSettings> seating;       ///< none: the seat is not checked
     std::optional<Rigid<frame::C, frame::W>> c_from_w;
     std::vector<JobFace> faces;  ///< in the order in which they are burnt; angles are unique
     std::vector<JobPath> paths;  ///< a face's come after its crosses and line; faces of paths alone at last

@@ -16,6 +16,10 @@ constexpr auto row(LimitedBy code, std::string_view name, std::string_view text,
     return CodeText{static_cast<std::uint16_t>(code), name, text, action};
 }
 
+constexpr auto row(SensorCode code, std::string_view name, std::string_view text, std::string_view action) noexcept {
+    return CodeText{static_cast<std::uint16_t>(code), name, text, action};
+}
+
 constexpr std::array kRows{
     row(Fault::estop_open, "estop_open", "the emergency stop chain is open",
         "close the chain, then reset the fault and arm again"),
@@ -71,6 +75,11 @@ constexpr std::array kRows{
     row(Fault::laser_code_unknown, "laser_code_unknown",
         "the source's status pins show a code that its maker's table has not",
         "check the cable of pins 11, 12, 16 and 21, and which maker the configuration names"),
+    row(Fault::surface_off, "surface_off",
+        "while marking, the Y sensor saw the surface further from where it should be than the job allows",
+        "look at the workpiece: its clamping, its alignment, a step that the job does not know"),
+    row(Fault::surface_lost, "surface_lost", "while marking, the Y sensor had no good value of the surface any more",
+        "`scribecell sensors` says why; check the sensor, its window and its cable"),
     row(Refusal::schema_mismatch, "schema_mismatch", "host and controller speak different messages",
         "install host and firmware of the same version"),
     row(Refusal::version_mismatch, "version_mismatch", "host and controller differ in protocol version",
@@ -165,6 +174,26 @@ constexpr std::array kRows{
         "2 frequency, 3 damping, 4 a latency that does not hold the servo's lag",
         "tune it again with scribecell calibrate galvo-lag; correct the machine's configuration if another head is "
         "fitted"),
+    row(Refusal::sensor_not_fitted, "sensor_not_fitted", "the machine has no such distance sensor",
+        "leave the check out of the job, or configure the sensor"),
+    row(Refusal::seating_no_value, "seating_no_value",
+        "a sensor of the triple head gave too few good values to prove the workpiece's seat",
+        "`scribecell sensors` says what that sensor lacks"),
+    row(Refusal::seating_off, "seating_off", "the workpiece sits nearer or further than its reference",
+        "seat it again; the refusal names by how much"),
+    row(Refusal::seating_tilted, "seating_tilted", "the workpiece sits at the right distance, but tilted",
+        "look for a chip under it, and clamp it again"),
+    row(Refusal::seating_swapped, "seating_swapped",
+        "the distances of the triple head fit their reference only in another order: its sensors are swapped",
+        "put the sensors or their addresses back into order, then calibrate the head again"),
+    row(Refusal::seating_not_proven, "seating_not_proven",
+        "the last check of the workpiece's seat failed, and none has passed since", "seat the workpiece, check again"),
+    row(Refusal::surface_not_seen, "surface_not_seen",
+        "the Y sensor has no good value where the path begins, so that the surface cannot be checked",
+        "`scribecell sensors` says why; or leave the check out of the job"),
+    row(Refusal::surface_not_there, "surface_not_there",
+        "where the path begins the surface is further from its place than the job allows",
+        "check clamping and alignment; the refusal names the depth that the sensor sees"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),
@@ -173,6 +202,32 @@ constexpr std::array kRows{
     row(LimitedBy::pulse_rate, "pulse_rate", "pulse rate of the source", ""),
     row(LimitedBy::starved, "starved", "points do not arrive fast enough", ""),
     row(LimitedBy::override_zero, "override_zero", "feed hold", ""),
+    row(SensorCode::timeout, "sensor_timeout", "the sensor does not answer",
+        "check its supply, its cable, its address and the rate of the bus"),
+    row(SensorCode::bad_crc, "sensor_bad_crc", "the checksum of the sensor's answers is wrong",
+        "look for noise: screen, terminators, ground; two sensors of one address answer at once"),
+    row(SensorCode::bad_frame, "sensor_bad_frame",
+        "the sensor's answers are no telegrams: length, silence within, parity or an answer to something else",
+        "check rate and parity of the bus; look for noise"),
+    row(SensorCode::wrong_slave, "sensor_wrong_slave", "another sensor answered than the one that was asked",
+        "two devices may share the line with wrong addresses: connect them one by one"),
+    row(SensorCode::exception, "sensor_exception", "the sensor refuses the request (Modbus exception)",
+        "this is not the type of sensor that the configuration names, or its firmware lacks the register"),
+    row(SensorCode::out_of_range, "sensor_out_of_range",
+        "there is nothing within the range in which the sensor may measure", "normal while the head is retracted"),
+    row(SensorCode::own_fault, "sensor_own_fault", "the sensor reports a fault of its own",
+        "clean its window; too little light comes back, or too much"),
+    row(SensorCode::frozen, "sensor_frozen", "the sensor gives exactly the same value for too long",
+        "its measurement stands still although it answers: switch it off and on"),
+    row(SensorCode::wrong_device, "sensor_wrong_device",
+        "another device answers at this address than the configuration names",
+        "a sensor was exchanged: calibrate, and write its number into the machine's configuration"),
+    row(SensorCode::too_old, "sensor_too_old", "the last good value is too old to be used",
+        "the codes counted beside it say what went wrong since"),
+    row(SensorCode::unconfirmed, "sensor_unconfirmed",
+        "the value jumped by more than the surface can, and no second value has confirmed it yet",
+        "normal for one sample at an edge; if it stays, the surface is out of the sensor's reach or it is disturbed"),
+    row(SensorCode::not_read, "sensor_not_read", "no value has been read yet", "wait for the bus to come round"),
 };
 
 constexpr bool ascending() noexcept {
@@ -200,5 +255,6 @@ const CodeText* find_code(std::uint16_t number) noexcept {
 const CodeText* find_code(Fault code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
 const CodeText* find_code(Refusal code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
 const CodeText* find_code(LimitedBy code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
+const CodeText* find_code(SensorCode code) noexcept { return find_code(static_cast<std::uint16_t>(code)); }
 
 }  // namespace sc

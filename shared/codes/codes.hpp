@@ -11,6 +11,7 @@
 /// Faults (1..63) latch: laser off, axes stopped, leaving needs an explicit reset and re-arm.
 /// Refusals (100..199) say that something asked for was not done; nothing has changed.
 /// "Limited by" (200..219) says what holds the speed down; it is no error.
+/// Sensor codes (300..319) say why a distance sensor has no good value; by themselves they stop nothing.
 
 namespace sc {
 
@@ -41,6 +42,8 @@ enum class Fault : std::uint8_t {
     laser_housekeeping = 23,
     laser_system = 24,
     laser_code_unknown = 25,
+    surface_off = 30,
+    surface_lost = 31,
 };
 
 enum class Refusal : std::uint16_t {
@@ -88,6 +91,14 @@ enum class Refusal : std::uint16_t {
     bad_stage_curve = 140,
     stage_too_fast = 141,
     bad_galvo_lag = 142,
+    sensor_not_fitted = 150,
+    seating_no_value = 151,
+    seating_off = 152,
+    seating_tilted = 153,
+    seating_swapped = 154,
+    seating_not_proven = 155,
+    surface_not_seen = 156,
+    surface_not_there = 157,
 };
 
 enum class LimitedBy : std::uint8_t {
@@ -100,6 +111,23 @@ enum class LimitedBy : std::uint8_t {
     pulse_rate = 205,
     starved = 206,
     override_zero = 207,
+};
+
+/// Why a distance sensor has no good value.
+enum class SensorCode : std::uint16_t {
+    none = 0,
+    timeout = 300,
+    bad_crc = 301,
+    bad_frame = 302,
+    wrong_slave = 303,
+    exception = 304,
+    out_of_range = 305,
+    own_fault = 306,
+    frozen = 307,
+    wrong_device = 308,
+    too_old = 309,
+    unconfirmed = 310,
+    not_read = 311,
 };
 
 /// One row of the list.
@@ -117,6 +145,7 @@ struct CodeText {
 [[nodiscard]] const CodeText* find_code(Fault code) noexcept;
 [[nodiscard]] const CodeText* find_code(Refusal code) noexcept;
 [[nodiscard]] const CodeText* find_code(LimitedBy code) noexcept;
+[[nodiscard]] const CodeText* find_code(SensorCode code) noexcept;
 
 /// Bit of a fault in a 64-bit latched set.
 constexpr std::uint64_t fault_bit(Fault fault) noexcept { return std::uint64_t{1} << static_cast<unsigned>(fault); }

@@ -36,9 +36,22 @@ constexpr void visit_keep_out(Visitor& v, Config& k) noexcept {
     v(min.x), v(min.y), v(min.z), v(max.x), v(max.y), v(max.z);
 }
 template <class Visitor, class Config>
+constexpr void visit_sensors(Visitor& v, Config& s) noexcept {
+    auto& [buses, sensors] = s;
+    for (auto& bus : buses) {
+        auto& [baud, parity, short_gaps, latch] = bus;
+        v(baud), v(parity), v(short_gaps), v(latch);
+    }
+    for (auto& sensor : sensors) {
+        auto& [kind, bus, address, identity, near, far, jump, update, patience, stuck, too_old] = sensor;
+        v(kind), v(bus), v(address), v(identity), v(near), v(far), v(jump);
+        v(update), v(patience), v(stuck), v(too_old);
+    }
+}
+template <class Visitor, class Config>
 constexpr void visit_machine(Visitor& v, Config& m) noexcept {
     auto& [control_period, galvo_period, guard_period, drive_cycle, axes, galvo, laser, y_retracted, park, settle,
-           keep_outs, keep_out_count, heartbeat_timeout, held_link_timeout, table_y] = m;
+           keep_outs, keep_out_count, heartbeat_timeout, held_link_timeout, table_y, sensors] = m;
     v(control_period), v(galvo_period), v(guard_period), v(drive_cycle);
     for (auto& axis : axes) {
         visit_axis(v, axis);
@@ -50,6 +63,7 @@ constexpr void visit_machine(Visitor& v, Config& m) noexcept {
         visit_keep_out(v, keep_out);
     }
     v(keep_out_count), v(heartbeat_timeout), v(held_link_timeout), v(table_y);
+    visit_sensors(v, sensors);
 }
 
 struct Counter {
@@ -82,6 +96,8 @@ struct Writer {
     void operator()(const FollowAxes& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const LaserSource& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
     void operator()(const PowerByte& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
+    void operator()(const SensorKind& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
+    void operator()(const SensorParity& value) noexcept { out.put(static_cast<std::uint8_t>(value)); }
 };
 struct Reader {
     ByteReader& in;
@@ -118,6 +134,20 @@ struct Reader {
         const auto code = in.get<std::uint8_t>();
         value = static_cast<LaserSource>(code);
         if (code > static_cast<std::uint8_t>(LaserSource::jpt)) {
+            in.fail();
+        }
+    }
+    void operator()(SensorKind& value) noexcept {
+        const auto code = in.get<std::uint8_t>();
+        value = static_cast<SensorKind>(code);
+        if (code > static_cast<std::uint8_t>(SensorKind::ascii)) {
+            in.fail();
+        }
+    }
+    void operator()(SensorParity& value) noexcept {
+        const auto code = in.get<std::uint8_t>();
+        value = static_cast<SensorParity>(code);
+        if (code > static_cast<std::uint8_t>(SensorParity::even)) {
             in.fail();
         }
     }
@@ -205,6 +235,38 @@ bool times_are_sound(const MachineConfig& m) noexcept {
            positive(m.park_tolerance.si());
 }
 
+bool sensor_is_sound(const SensorsConfig& all, std::size_t i) noexcept {
+    const SensorConfig& s = all.sensor[i];
+    if (s.kind == SensorKind::none) {
+        return true;
+    }
+    const bool place = s.bus < kSensorBuses && all.bus[s.bus].baud != 0 && s.address >= 1 && s.address <= 247;
+    const bool range = s.near >= 0 && s.near < s.far && s.jump >= 0;
+    const bool times = s.update_ns > 0 && s.patience_ns > 0 && s.patience_ns <= 2'000'000'000 && s.stuck_ns >= 0 &&
+                       s.too_old_ns > s.update_ns;
+    for (std::size_t k = 0; k < i; ++k) {
+        if (all.sensor[k].kind != SensorKind::none && all.sensor[k].bus == s.bus &&
+            all.sensor[k].address == s.address) {
+            return false;
+        }
+    }
+    return place && range && times;
+}
+
+bool sensors_are_sound(const SensorsConfig& all) noexcept {
+    for (const SensorBusConfig& bus : all.bus) {
+        if (bus.baud != 0 && (bus.baud < 2'400 || bus.baud > 230'400)) {
+            return false;
+        }
+    }
+    for (std::size_t i = 0; i < kSensorCount; ++i) {
+        if (!sensor_is_sound(all, i)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 bool keep_outs_are_sound(const MachineConfig& m) noexcept {
     if (m.keep_out_count > kKeepOutCapacity) {
         return false;
@@ -245,7 +307,8 @@ std::expected<MachineConfig, Refusal> deserialise(std::span<const std::uint8_t> 
 
 Refusal check(const MachineConfig& machine) noexcept {
     const bool sound = times_are_sound(machine) && axes_are_sound(machine) && galvo_is_sound(machine.galvo) &&
-                       laser_is_sound(machine.laser) && keep_outs_are_sound(machine);
+                       laser_is_sound(machine.laser) && keep_outs_are_sound(machine) &&
+                       sensors_are_sound(machine.sensors);
     return sound ? Refusal::none : Refusal::bad_config;
 }
 

@@ -15,8 +15,8 @@
 
 namespace sc::link {
 
-inline constexpr std::uint16_t kConfigVersion = 4;
-inline constexpr std::size_t kConfigSize = 944;
+inline constexpr std::uint16_t kConfigVersion = 5;
+inline constexpr std::size_t kConfigSize = 1162;
 
 /// No heap, any context, one pass.
 void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize> out) noexcept;
@@ -29,7 +29,9 @@ void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize
 /// finite; a minimum that is not below its maximum; a limit, count, period or power that is not above zero; mirrors
 /// that follow encoders that are not there; a negative latency, or one below the lag of the galvo's servo; a travel
 /// that 32-bit wire units cannot express; a home outside the travel; a drive's node id that is not 1..127 or is given
-/// twice; periods that do not divide; a heartbeat timeout outside 20..500 ms.
+/// twice; periods that do not divide; a heartbeat timeout outside 20..500 ms; a sensor on a bus that is none, at an
+/// address outside 1..247 or given twice on its bus, with an empty range or no times; a sensor bus outside
+/// 2400..230 400 baud.
 [[nodiscard]] Refusal check(const MachineConfig& machine) noexcept;
 
 }  // namespace sc::link

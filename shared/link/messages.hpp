@@ -46,6 +46,7 @@ enum class Verb : std::uint8_t {
     set_override = 13,  ///< arg0: feed of paths in percent of the programmed one, kMinOverride..kMaxOverride; any state
     preview = 14,       ///< trace the opened job as its items arrive with the guide laser; from idle, back to idle
     set_pulse_width = 15,  ///< arg0: ns, of the source; answered when the source has answered
+    lasers_in_turn = 20,   ///< arg0: 1 the lasers of the triple head one at a time, 0 all on
 };
 
 // --- host to controller -------------------------------------------------------------------------------------------
@@ -214,6 +215,7 @@ struct SetPowerCurve {
 /// CommandReply, `detail` what is out of range (`fault_of`); refused while anything moves.
 struct SetGalvoLag {
     static constexpr std::uint8_t kId = 14;
+    static constexpr std::uint8_t kSince = 1;
     static constexpr std::string_view kName = "set_galvo_lag";
     std::uint32_t sequence = 0;
     std::uint32_t latency_ns = 0;
@@ -224,6 +226,54 @@ struct SetGalvoLag {
         v("sequence", m.sequence), v("latency_ns", m.latency_ns), v("natural_frequency_hz", m.natural_frequency_hz),
             v("damping", m.damping);
     }
+};
+
+/// What the Y sensor is used for, and its beam (firmware/sensors/surface.hpp). Answered by CommandReply; refused while
+/// anything moves.
+struct SetSurface {
+    static constexpr std::uint8_t kId = 20;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "set_surface";
+    std::uint32_t sequence = 0;
+    std::uint8_t mode = 0;  ///< 0 off, 1 check, 2 follow
+    std::array<double, 3>
+        origin{};  ///< with the axes at q, reading r says: surface at q + origin + (r − zero) · direction
+    std::array<double, 3> direction{};  ///< unit
+    double zero = 0.0;                  ///< metres
+    double window = 0.0;                ///< metres: surface from focus, along y
+    double bound = 0.0;                 ///< metres: y is never shifted by more
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("mode", m.mode), v("origin", m.origin), v("direction", m.direction);
+        v("zero", m.zero), v("window", m.window), v("bound", m.bound);
+    }
+};
+
+/// Checks the workpiece's seat with the triple head. Answered by CommandReply once enough has been measured; a failed
+/// check forbids to arm and to start until one passes or the session ends.
+struct CheckSeating {
+    static constexpr std::uint8_t kId = 21;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "check_seating";
+    std::uint32_t sequence = 0;
+    std::array<std::int32_t, 3> expected{};  ///< distances; wire units
+    std::int32_t tolerance = 0;              ///< of each; wire units
+    std::int32_t tilt = 0;                   ///< of the three against each other; wire units
+    std::uint8_t samples = 0;                ///< measurements averaged, 1..100
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("expected", m.expected), v("tolerance", m.tolerance), v("tilt", m.tilt);
+        v("samples", m.samples);
+    }
+};
+
+/// Asks for what the distance sensors say. Answered by SensorReport.
+struct SensorsRequest {
+    static constexpr std::uint8_t kId = 22;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "sensors_request";
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& /*v*/, Self& /*m*/) {}
 };
 
 // --- controller to host -------------------------------------------------------------------------------------------
@@ -345,6 +395,34 @@ struct ConfigChunk {
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("offset", m.offset), v("data", m.data);
+    }
+};
+
+/// What the distance sensors say: Y sensor, then the three of the triple head.
+struct SensorReport {
+    static constexpr std::uint8_t kId = 80;
+    static constexpr std::uint8_t kSince = 1;
+    static constexpr std::string_view kName = "sensor_report";
+    std::uint64_t cell_time_us = 0;
+    std::array<std::int32_t, 4> value{};  ///< the last good one; wire units
+    std::array<std::uint32_t, 4> age_us{};
+    std::array<std::uint8_t, 4> quality{};  ///< 0 none, 1 good, 2 repeated, 3 stale, 4 out of range, 5 faulty
+    std::array<std::uint16_t, 4> code{};    ///< SensorCode, or Refusal::sensor_not_fitted; 0 = good
+    std::array<std::uint8_t, 4> detail{};   ///< of the code
+    std::array<std::uint32_t, 4> count{};   ///< measurements
+    std::array<std::uint32_t, 4> repeats{};
+    std::array<std::uint32_t, 4> bad{};       ///< telegrams that failed
+    std::array<std::uint16_t, 4> last_bad{};  ///< why the last of them did
+    std::uint8_t surface = 0;                 ///< 0 not watched, 1 waiting, 2 fine, 3 not seen, 4 off
+    std::int32_t surface_depth = 0;           ///< y in h; wire units
+    std::int32_t shift = 0;                   ///< of y, to follow it; wire units
+    std::array<std::int32_t, 3> seating{};    ///< deviation of each in the last check of the seat; wire units
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("cell_time_us", m.cell_time_us), v("value", m.value), v("age_us", m.age_us), v("quality", m.quality);
+        v("code", m.code), v("detail", m.detail), v("count", m.count), v("repeats", m.repeats), v("bad", m.bad);
+        v("last_bad", m.last_bad), v("surface", m.surface), v("surface_depth", m.surface_depth);
+        v("shift", m.shift), v("seating", m.seating);
     }
 };
 

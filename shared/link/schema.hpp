@@ -25,10 +25,10 @@ struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
-                                 SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest,
-                                 SetGalvoLag>;
-using CellMessages =
-    MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position, StreamMissing>;
+                                 SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag,
+                                 SetSurface, CheckSeating, SensorsRequest>;
+using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position,
+                                 StreamMissing, SensorReport>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>

@@ -72,6 +72,36 @@ MachineConfig reference_machine() noexcept {
     // The focus must not be driven into the table top, nor below it.
     m.keep_out[0] = {{-0.460, -0.410, -0.510}, {0.010, 0.010, -0.480}};
     m.keep_out_count = 1;
+
+    // Bus 0: the Y sensor beside the head, 100 mm base, 50 mm range. Bus 1: the triple head.
+    m.sensors.bus[0] = {115'200, SensorParity::even, 0, 0};
+    m.sensors.bus[1] = {115'200, SensorParity::none, 0, 0};
+    SensorConfig& y = m.sensors.sensor[kYSensor];
+    y.kind = SensorKind::triangulation;
+    y.bus = 0;
+    y.address = 1;
+    y.identity = 10'602;
+    y.near = 10'000'000;
+    y.far = 15'000'000;
+    y.jump = 100'000;
+    y.update_ns = 5'000'000;
+    y.patience_ns = 20'000'000;
+    y.stuck_ns = 500'000'000;
+    y.too_old_ns = 50'000'000;
+    for (std::size_t i = 0; i < kTripleCount; ++i) {
+        SensorConfig& s = m.sensors.sensor[kFirstTriple + i];
+        s.kind = SensorKind::phase;
+        s.bus = 1;
+        s.address = static_cast<std::uint8_t>(1 + i);
+        s.identity = static_cast<std::uint32_t>(3 + 4 * i);
+        s.near = 5'000'000;
+        s.far = 50'000'000;
+        s.jump = 200'000;
+        s.update_ns = 50'000'000;
+        s.patience_ns = 60'000'000;
+        s.stuck_ns = 3'000'000'000;
+        s.too_old_ns = 500'000'000;
+    }
     return m;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "shared/geometry/vec.hpp"
+#include "shared/machine/sensors.hpp"
 #include "shared/units/quantity.hpp"
 
 /// What a cell is made of: travel, limits, keep-out volumes, latencies. The board hands it to the controller; the host
@@ -126,6 +127,7 @@ struct MachineConfig {
     std::int64_t heartbeat_timeout_ns = 100'000'000;
     std::int64_t held_link_timeout_ns = 10'000'000'000;
     Length table_y;  ///< of the turntable's axis in h, to some millimetres: how far the surface moves when C is off
+    SensorsConfig sensors{};
 };
 
 /// Geometric errors that calibration measured and the controller takes out. Set over the link; identity by default.

@@ -43,6 +43,7 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
       galvo_(machine, world.spec().galvo),
       laser_(machine.laser, world.spec().laser),
       mopa_(machine.laser.source),
+      sensors_(machine.sensors, world),
       lines_(world.spec().inputs) {
     check_periods(machine);
     show(SourceTrouble::none);
@@ -68,6 +69,10 @@ void CellPlant::sample(ServoInputs& inputs) {
     source_rx_.clear();
     mopa_.take(source_rx_);
     inputs.source_rx = source_rx_;
+    sensors_.take(inputs.tick * machine_.control_period_ns, sensor_rx_);
+    for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+        inputs.sensor_rx.at(bus) = sensor_rx_.at(bus);
+    }
     inputs.guard_causes = std::exchange(guard_causes_, std::uint8_t{0});
     read_encoders(inputs.encoders, inputs.tick * machine_.control_period_ns);
 }
@@ -121,6 +126,7 @@ void CellPlant::begin_window(std::int64_t t_ns, const ServoOutputs* acting) {
     }
     mopa_.emit(acting->digital.master_oscillator);
     mopa_.receive(std::span(acting->source_tx).first(acting->source_tx_size));
+    sensors_.transmit(t_ns, acting->sensor_tx);
     const std::int64_t period = machine_.control_period_ns;
     beam_.master_oscillator_ns += acting->digital.master_oscillator ? period : 0;
     beam_.gate_ns += acting->gate_allowed ? period : 0;
@@ -172,6 +178,9 @@ void CellPlant::move(std::int64_t t_ns, std::size_t first_frame, const ServoOutp
     for (SimDrive& drive : drives_) {
         drive.step_to(t_ns);
     }
+    sensors_.step_to(
+        t_ns, {drives_[0].load_position_at(t_ns), drives_[1].load_position_at(t_ns), drives_[2].load_position_at(t_ns)},
+        drives_[3].load_position_at(t_ns));
 }
 
 void CellPlant::fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink& sink) {
@@ -283,6 +292,17 @@ void CellPlant::apply(const FaultEvent& event, std::int64_t t_ns) {
         case FaultAction::drive_silent:
         case FaultAction::drive_fault:
         case FaultAction::drive_recover: apply_to_drive(event); break;
+        case FaultAction::sensor_silent:
+        case FaultAction::sensor_crc:
+        case FaultAction::sensor_wrong_slave:
+        case FaultAction::sensor_exception:
+        case FaultAction::sensor_chopped:
+        case FaultAction::sensor_stale:
+        case FaultAction::sensor_foreign:
+        case FaultAction::sensor_blind:
+        case FaultAction::sensor_slipped:
+        case FaultAction::sensor_swapped:
+        case FaultAction::sensor_ok: apply_to_sensor(event); break;
     }
     apply_lines(t_ns);
 }
@@ -351,6 +371,25 @@ void CellPlant::apply_to_drive(const FaultEvent& event) {
         drive.freeze_encoder(false);
         drive.block(false);
         drive.go_silent(false);
+    }
+}
+
+void CellPlant::apply_to_sensor(const FaultEvent& event) {
+    static const std::map<FaultAction, SensorTrouble> kTroubles{
+        {FaultAction::sensor_silent, SensorTrouble::silent},
+        {FaultAction::sensor_crc, SensorTrouble::crc},
+        {FaultAction::sensor_wrong_slave, SensorTrouble::wrong_slave},
+        {FaultAction::sensor_exception, SensorTrouble::exception},
+        {FaultAction::sensor_chopped, SensorTrouble::chopped},
+        {FaultAction::sensor_stale, SensorTrouble::stale},
+        {FaultAction::sensor_foreign, SensorTrouble::foreign},
+        {FaultAction::sensor_blind, SensorTrouble::blind},
+        {FaultAction::sensor_slipped, SensorTrouble::slipped},
+        {FaultAction::sensor_ok, SensorTrouble::none}};
+    if (event.action == FaultAction::sensor_swapped) {
+        sensors_.swap_with_next(event.sensor);
+    } else {
+        sensors_.trouble(event.sensor, kTroubles.at(event.action));
     }
 }
 

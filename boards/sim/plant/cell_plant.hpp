@@ -14,6 +14,7 @@
 #include "boards/sim/plant/mopa_source.hpp"
 #include "boards/sim/plant/shutter.hpp"
 #include "boards/sim/plant/source_pins.hpp"
+#include "boards/sim/sensors/sensor_plant.hpp"
 #include "boards/sim/world/world.hpp"
 #include "firmware/hal/io.hpp"
 #include "shared/trace/trace.hpp"
@@ -64,6 +65,7 @@ public:
     void play(std::int64_t tick, const ServoOutputs* acting, const PulseSink& sink);
     [[nodiscard]] const MopaSource& mopa() const noexcept { return mopa_; }
     [[nodiscard]] ShutterPlant& shutter() noexcept { return shutter_; }
+    [[nodiscard]] SensorPlant& sensors() noexcept { return sensors_; }
     /// Where the guide laser shines, each guard period while it is on.
     void watch_guide(GuideSink sink) { guide_sink_ = std::move(sink); }
 
@@ -97,6 +99,7 @@ private:
     void apply_to_laser(FaultAction action);
     void apply_to_beam(FaultAction action);
     void apply_to_drive(const FaultEvent& event);
+    void apply_to_sensor(const FaultEvent& event);
     void apply_lines(std::int64_t t_ns);
 
     MachineConfig machine_;
@@ -111,6 +114,8 @@ private:
     LaserPlant laser_;
     MopaSource mopa_;
     std::vector<std::uint8_t> source_rx_;
+    SensorPlant sensors_;
+    std::array<std::vector<SensorByte>, kSensorBuses> sensor_rx_;
     ShutterPlant shutter_;
     BeamCounters beam_;
     GuideSink guide_sink_;

@@ -56,6 +56,17 @@ constexpr std::array kPhrases{Phrase{"estop", "open", FaultAction::estop_open},
                               Phrase{"drive", "silent", FaultAction::drive_silent},
                               Phrase{"drive", "fault", FaultAction::drive_fault},
                               Phrase{"drive", "recover", FaultAction::drive_recover},
+                              Phrase{"sensor", "silent", FaultAction::sensor_silent},
+                              Phrase{"sensor", "crc", FaultAction::sensor_crc},
+                              Phrase{"sensor", "wrong_slave", FaultAction::sensor_wrong_slave},
+                              Phrase{"sensor", "exception", FaultAction::sensor_exception},
+                              Phrase{"sensor", "chopped", FaultAction::sensor_chopped},
+                              Phrase{"sensor", "stale", FaultAction::sensor_stale},
+                              Phrase{"sensor", "foreign", FaultAction::sensor_foreign},
+                              Phrase{"sensor", "blind", FaultAction::sensor_blind},
+                              Phrase{"sensor", "slipped", FaultAction::sensor_slipped},
+                              Phrase{"sensor", "swapped", FaultAction::sensor_swapped},
+                              Phrase{"sensor", "ok", FaultAction::sensor_ok},
                               Phrase{"link", "cut", FaultAction::link_cut},
                               Phrase{"link", "restore", FaultAction::link_restore}};
 /// A thousand hours: beyond any script, and far from overflow.
@@ -79,6 +90,8 @@ public:
         const std::string subject = take("a subject");
         if (subject == "drive") {
             event.axis = axis();
+        } else if (subject == "sensor") {
+            event.sensor = sensor();
         }
         const std::string verb = take("what happens to it");
         const auto* const found =
@@ -87,6 +100,9 @@ public:
             refuse(subject + " " + verb, "unknown event", "see the list in boards/sim/README.md");
         }
         event.action = found->action;
+        if (event.action == FaultAction::sensor_swapped && event.sensor == kYSensor) {
+            refuse("y", "the Y sensor has nobody to change places with", "1, 2 or 3");
+        }
         if (event.action == FaultAction::drive_fault) {
             event.error_code = code();
         }
@@ -147,6 +163,16 @@ private:
             refuse(word, "no such axis", "x, y, z or c");
         }
         return static_cast<Axis>(found);
+    }
+
+    std::size_t sensor() {
+        constexpr std::string_view kNames = "y123";
+        const std::string word = take("a sensor");
+        const std::size_t found = word.size() == 1 ? kNames.find(word[0]) : std::string_view::npos;
+        if (found == std::string_view::npos) {
+            refuse(word, "no such sensor", "y, 1, 2 or 3");
+        }
+        return found;
     }
 
     std::uint16_t code() {

@@ -51,6 +51,17 @@ enum class FaultAction : std::uint8_t {
     drive_silent,   ///< sends nothing, hears nothing
     drive_fault,    ///< enters fault with an EMCY code
     drive_recover,  ///< takes freeze, stall and silence back
+    sensor_silent,
+    sensor_crc,
+    sensor_wrong_slave,
+    sensor_exception,
+    sensor_chopped,
+    sensor_stale,
+    sensor_foreign,
+    sensor_blind,
+    sensor_slipped,
+    sensor_swapped,  ///< with the next one of the triple head
+    sensor_ok,
     link_cut,
     link_restore,
 };
@@ -63,6 +74,7 @@ struct FaultEvent {
     FaultAction action = FaultAction::estop_open;
     Axis axis = Axis::x;           ///< drive actions only
     std::uint16_t error_code = 0;  ///< drive_fault only
+    std::size_t sensor = 0;        ///< sensor actions only: 0 the Y sensor, 1..3 the triple head
     std::string text;              ///< the line as written, for reports
 };
 
@@ -76,8 +88,9 @@ struct FaultEvent {
 /// temperature|main_supply|housekeeping|system|strange|warning|starting (its pins), laser
 /// mute|stubborn|speaks_raycus|speaks_jpt (its serial port), laser ok, shutter
 /// stuck|dropped|unplugged|ok, key off|setup|production, galvo fail|absent|float_high|float_low|ok, drive x|y|z|c
-/// freeze|stall|silent|recover, drive … fault CODE, link cut|restore. Throws WorldError with file name and line for
-/// anything else. Events at a time come out in order of time.
+/// freeze|stall|silent|recover, drive … fault CODE, sensor y|1|2|3
+/// silent|crc|wrong_slave|exception|chopped|stale|foreign|blind|slipped|swapped|ok, link cut|restore. Throws WorldError
+/// with file name and line for anything else. Events at a time come out in order of time.
 [[nodiscard]] std::vector<FaultEvent> parse_fault_script(std::string_view text, const std::string& file);
 [[nodiscard]] std::vector<FaultEvent> read_fault_script(const std::filesystem::path& file);
 

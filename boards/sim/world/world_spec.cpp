@@ -13,6 +13,7 @@ constexpr double kDegree = kPi / 180.0;
 constexpr std::string_view kByAxes = "calibration: axes";
 constexpr std::string_view kByTable = "calibration: turntable axis";
 constexpr std::string_view kByMap = "calibration: axis map";
+constexpr std::string_view kBySensors = "calibration: sensors";
 constexpr std::string_view kByGalvo = "calibration: galvo field";
 
 using Field = std::function<double&(WorldSpec&)>;
@@ -163,6 +164,78 @@ void add_laser(std::vector<NumberKey>& keys) {
     keys.push_back({"laser.mark_threshold_j_cm2", laser(&L::mark_threshold), 1e4, 0.0, 1e6});
 }
 
+Field y_sensor(double YSensorTruth::* member) {
+    return [member](WorldSpec& w) -> double& { return w.sensors.y.*member; };
+}
+Field triple(double TripleTruth::* member) {
+    return [member](WorldSpec& w) -> double& { return w.sensors.triple.*member; };
+}
+
+void add_y_sensor(std::vector<NumberKey>& keys) {
+    using Y = YSensorTruth;
+    const auto error = [&](std::string_view stem, std::string_view suffix, std::string_view unit, double si,
+                           double limit, double Y::* member) {
+        keys.push_back(
+            error_key("sensors.y." + std::string(stem), suffix, unit, si, limit, kBySensors, y_sensor(member)));
+    };
+    const auto plain = [&](std::string_view name, double si, double min, double max, double Y::* member) {
+        keys.push_back({"sensors.y." + std::string(name), y_sensor(member), si, min, max});
+    };
+    error("offset_x", "_mm", "mm", 1e-3, 500.0, &Y::offset_x);
+    error("offset_z", "_mm", "mm", 1e-3, 500.0, &Y::offset_z);
+    plain("standoff_mm", 1e-3, 1.0, 2000.0, &Y::standoff);
+    error("lean_x", "_mrad", "mrad", 1e-3, 500.0, &Y::lean_x);
+    error("lean_z", "_mrad", "mrad", 1e-3, 500.0, &Y::lean_z);
+    error("gain", "_ppm", "ppm", 1e-6, 100'000.0, &Y::gain);
+    error("bend", "_um", "um", 1e-6, 1000.0, &Y::bend);
+    plain("bend_period_mm", 1e-3, 0.1, 1000.0, &Y::bend_period);
+    error("tilt", "_um", "um", 1e-6, 1000.0, &Y::tilt);
+    plain("noise_um", 1e-6, 0.0, 1000.0, &Y::noise);
+    plain("steepest_deg", kDegree, 1.0, 89.0, &Y::steepest);
+    plain("dropouts", 1.0, 0.0, 1.0, &Y::dropouts);
+    plain("update_ms", 1e-3, 0.1, 1000.0, &Y::update);
+    plain("delay_ms", 1e-3, 0.0, 1000.0, &Y::delay);
+    plain("base_mm", 1e-3, 1.0, 10'000.0, &Y::base);
+    plain("range_mm", 1e-3, 1.0, 10'000.0, &Y::range);
+    plain("serial", 1.0, 0.0, 65'535.0, &Y::serial);
+}
+
+void add_triple(std::vector<NumberKey>& keys) {
+    using T = TripleTruth;
+    const auto plain = [&](std::string_view name, double si, double min, double max, double T::* member) {
+        keys.push_back({"sensors.triple." + std::string(name), triple(member), si, min, max});
+    };
+    for (std::size_t i = 0; i < 3; ++i) {
+        const std::string stem = "sensors.triple.beam" + std::to_string(i + 1) + ".";
+        const auto beam = [i](double T::Beam::* member) {
+            return [i, member](WorldSpec& w) -> double& { return w.sensors.triple.beam.at(i).*member; };
+        };
+        const auto place = [&](std::string_view name, double Vec3::* member) {
+            keys.push_back(
+                error_key(stem + std::string(name), "_mm", "mm", 1e-3, 10'000.0, kBySensors,
+                          [i, member](WorldSpec& w) -> double& { return w.sensors.triple.beam.at(i).place.*member; }));
+        };
+        place("x", &Vec3::x);
+        place("y", &Vec3::y);
+        place("z", &Vec3::z);
+        keys.push_back(error_key(stem + "lean_y", "_mrad", "mrad", 1e-3, 500.0, kBySensors, beam(&T::Beam::lean_y)));
+        keys.push_back(error_key(stem + "lean_z", "_mrad", "mrad", 1e-3, 500.0, kBySensors, beam(&T::Beam::lean_z)));
+        keys.push_back(error_key(stem + "zero", "_mm", "mm", 1e-3, 100.0, kBySensors, beam(&T::Beam::zero)));
+        keys.push_back(error_key(stem + "gain", "_ppm", "ppm", 1e-6, 100'000.0, kBySensors, beam(&T::Beam::gain)));
+        keys.push_back({stem + "stored_offset", beam(&T::Beam::stored_offset), 1.0, 0.0, 65'535.0});
+    }
+    plain("cycle_mm", 1e-3, 1.0, 100'000.0, &T::cycle);
+    plain("coarse_noise_mm", 1e-3, 0.0, 10'000.0, &T::coarse_noise);
+    plain("cyclic_um", 1e-6, -10'000.0, 10'000.0, &T::cyclic);
+    plain("noise_um", 1e-6, 0.0, 10'000.0, &T::noise);
+    plain("tilt_noise", 1.0, 0.0, 100.0, &T::tilt_noise);
+    plain("tilt_um", 1e-6, -10'000.0, 10'000.0, &T::tilt);
+    plain("steepest_deg", kDegree, 1.0, 89.0, &T::steepest);
+    plain("dropouts", 1.0, 0.0, 1.0, &T::dropouts);
+    plain("update_ms", 1e-3, 1.0, 10'000.0, &T::update);
+    plain("delay_ms", 1e-3, 0.0, 10'000.0, &T::delay);
+}
+
 std::vector<NumberKey> make_number_keys() {
     std::vector<NumberKey> keys;
     add_axes(keys);
@@ -170,6 +243,9 @@ std::vector<NumberKey> make_number_keys() {
     add_drives(keys);
     add_galvo(keys);
     add_laser(keys);
+    keys.push_back({"sensors.seed", [](WorldSpec& w) -> double& { return w.sensors.seed; }, 1.0, 0.0, 1e9});
+    add_y_sensor(keys);
+    add_triple(keys);
     return keys;
 }
 

@@ -92,6 +92,57 @@ struct LaserTruth {
     double mark_threshold = 0.0;   ///< J/m²: a pulse of lower peak fluence leaves no mark
 };
 
+/// The triangulation sensor beside the head. It looks along (lean_x, −1, lean_z) from a place that moves with the
+/// focus.
+struct YSensorTruth {
+    double offset_x = 0.0;  ///< metres, of its beam from the focus
+    double offset_z = 0.0;
+    double standoff = 0.125;  ///< metres: its reading of a surface in focus
+    double lean_x = 0.0;      ///< rad
+    double lean_z = 0.0;
+    double gain = 0.0;           ///< relative error, about the standoff
+    double bend = 0.0;           ///< metres: amplitude of what is left of its linearisation
+    double bend_period = 0.020;  ///< metres
+    double tilt = 0.0;           ///< metres, times the tangent of the angle at which the beam meets the surface
+    double noise = 0.0;          ///< metres, 1 σ, white
+    double steepest = 1.2;       ///< rad: a surface more inclined gives no light back
+    double dropouts = 0.0;       ///< share of the measurements that fail and leave the value of before
+    double update = 0.005;       ///< seconds between measurements
+    double delay = 0.0;          ///< seconds from a measurement to its value on the bus
+    double base = 0.100;         ///< metres, nearest distance, as the sensor says
+    double range = 0.050;        ///< metres
+    double serial = 1.0;
+};
+
+/// The three phase-shift sensors of the triple head, which stands beside the table and looks along −x.
+struct TripleTruth {
+    struct Beam {
+        Vec3 place;           ///< metres, h: from where its distance counts
+        double lean_y = 0.0;  ///< rad
+        double lean_z = 0.0;
+        double zero = 0.0;           ///< metres, added to every distance
+        double gain = 0.0;           ///< relative
+        double stored_offset = 0.0;  ///< what its offset register says
+    };
+    std::array<Beam, 3> beam{};
+    double cycle = 0.150;       ///< metres: half the wavelength of the fine modulation
+    double coarse_noise = 0.0;  ///< metres, 1 σ, of the coarse phase that counts whole cycles
+    double cyclic = 0.0;        ///< metres: error that goes round with the phase
+    double noise = 0.0;         ///< metres, 1 σ, white, square to the surface
+    double tilt_noise = 0.0;    ///< noise grows by (1 + tilt_noise · tan²) with the inclination
+    double tilt = 0.0;          ///< metres, times the tangent of the inclination
+    double steepest = 1.2;      ///< rad
+    double dropouts = 0.0;      ///< share of the measurements that end in a fault code
+    double update = 0.050;      ///< seconds
+    double delay = 0.0;         ///< seconds
+};
+
+struct SensorsTruth {
+    double seed = 1.0;
+    YSensorTruth y;
+    TripleTruth triple;
+};
+
 struct MeshFile {
     std::string name;
     std::filesystem::path path;
@@ -114,6 +165,7 @@ struct WorldSpec {
     DrivesTruth drives;
     GalvoTruth galvo;
     LaserTruth laser;
+    SensorsTruth sensors;
     DigitalInputs inputs;
     std::vector<MeshFile> meshes;
 };

@@ -52,6 +52,7 @@ void CellRig::receive() {
             void operator()(const link::ConfigChunk& /*m*/) const {}
             void operator()(const link::Position& m) const { rig.position_ = m; }
             void operator()(const link::StreamMissing& /*m*/) const {}
+            void operator()(const link::SensorReport& m) const { rig.sensors_ = m; }
         };
         (void)link::dispatch(link::CellMessages{}, envelope, Handler{*this});
     });
@@ -140,6 +141,28 @@ link::CommandReply CellRig::set_compensation(const Compensation& compensation) {
     message.galvo_offset = compensation.galvo_offset;
     send(message);
     return reply_to(message.sequence);
+}
+
+link::CommandReply CellRig::set_surface(link::SetSurface message) {
+    message.sequence = ++sequence_;
+    send(message);
+    return reply_to(message.sequence);
+}
+
+link::CommandReply CellRig::check_seating(link::CheckSeating message) {
+    message.sequence = ++sequence_;
+    send(message);
+    (void)until([&] { return replies_.contains(message.sequence); }, 130'000);
+    return reply_to(message.sequence);
+}
+
+link::SensorReport CellRig::sensors() {
+    sensors_.reset();
+    send(link::SensorsRequest{});
+    if (!until([&] { return sensors_.has_value(); }, 200)) {
+        throw std::runtime_error("no report of the sensors");
+    }
+    return *sensors_;
 }
 
 link::CommandReply CellRig::set_power_curve(const PowerCurve& curve) {

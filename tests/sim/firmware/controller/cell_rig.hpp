@@ -62,6 +62,10 @@ public:
     link::CommandReply set_power_curve(const PowerCurve& curve);
     link::CommandReply set_galvo_lag(const GalvoLag& lag);
     link::CommandReply set_galvo_field(link::SetGalvoField message);
+    link::CommandReply set_surface(link::SetSurface message);
+    /// Waits for the answer as long as it takes.
+    link::CommandReply check_seating(link::CheckSeating message);
+    link::SensorReport sensors();
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }
@@ -95,6 +99,7 @@ private:
     link::StreamAck ack_;
     std::optional<link::JobRefused> refused_;
     std::optional<link::Position> position_;
+    std::optional<link::SensorReport> sensors_;
     bool connected_ = false;
     bool speaking_ = true;
     std::uint64_t job_ = 0;
