@@ -33,6 +33,8 @@ constexpr const char* kExamples = R"(Examples:
       the trajectory planner on three workloads: time, limits, deviation, cost
   scribecell bench motion --input path.csv --limits 200,5000,200000 --tolerance 0.01
       the same figures of any polyline (header x,y,z; mm, s)
+  scribecell bench measure
+      the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -44,6 +46,7 @@ constexpr std::array kBenches{
     Bench{"controller", "instructions a tick on a Cortex-M7, the same bits everywhere", bench_controller},
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
+    Bench{"measure", "the triple-laser head against the true angle", bench_measure},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 

@@ -38,6 +38,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_override(app, exit_code);
         sc::host::cli::add_calibrate(app, exit_code);
+        sc::host::cli::add_vision(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);

@@ -138,7 +138,8 @@ struct TripleRay {
 /// Where the reference plane r lies in d: d_from_r.
 struct TripleReference {
     Mat3 rotation;
-    Vec3 translation;  ///< metres
+    Vec3 translation;            ///< metres
+    std::array<double, 2> at{};  ///< y, z in r: where distances are taken, metres
     bool operator==(const TripleReference&) const noexcept = default;
 };
 /// The triple-laser head. Covariance order: ox,oy,tx,ty,zero,gain of ray 1, 2, 3, then rx,ry,rz,tx,ty,tz of ξ in

@@ -82,7 +82,10 @@ TripleRecord read_triple(TomlReader& table) {
         table.fail("ray", "are not three", std::to_string(count), "give all three");
     }
     if (auto reference = table.table_if("reference")) {
-        record.reference = {reference->rotation("rotation"), reference->vector_mm("translation_mm")};
+        const std::vector<double> at = reference->numbers("at_mm", 2);
+        record.reference = {reference->rotation("rotation"),
+                            reference->vector_mm("translation_mm"),
+                            {at[0] / 1e3, at[1] / 1e3}};
         static_cast<void>(reference->choice("perturbation", {"left"}));
         reference->finish();
     }
@@ -124,6 +127,7 @@ void write_triple(TomlWriter& out, const TripleRecord& record) {
         out.table("triple.reference");
         out.rotation("rotation", record.reference->rotation);
         out.vector("translation_mm", record.reference->translation, 1e3);
+        out.numbers("at_mm", {record.reference->at[0], record.reference->at[1]}, 1e3);
         out.text("perturbation", "left");
     }
 }

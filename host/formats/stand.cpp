@@ -113,7 +113,18 @@ Stand read_stand(const std::filesystem::path& path) {
         stand.mount = mount;
     }
     if (auto table = root.table_if("reference")) {
-        stand.reference = {table->rotation("rotation"), table->vector_mm("translation_mm")};
+        TripleReference reference{table->rotation("rotation"), table->vector_mm("translation_mm"), {}};
+        Vec3 middle;
+        for (const StandSensor& sensor : stand.sensors) {
+            middle = middle + (1.0 / 3.0) * Vec3{sensor.origin[0], sensor.origin[1], 0.0};
+        }
+        const Vec3 in_r = reference.rotation.transposed() * (middle - reference.translation);
+        reference.at = {in_r.y, in_r.z};
+        if (table->has("at_mm")) {
+            const auto at = table->numbers("at_mm", 2);
+            reference.at = {at[0] / 1e3, at[1] / 1e3};
+        }
+        stand.reference = reference;
         stand.reference_angle_sigma = table->number("sigma_deg", {1e-6, 45.0}) * kDegree;
         stand.reference_place_sigma = table->number("sigma_mm", {1e-6, 1e3}) / 1e3;
         table->finish();

@@ -173,15 +173,6 @@ Vec3 direction_to_reference(const TripleReference& reference, const Vec3& direct
     return reference.rotation.transposed() * direction_d;
 }
 
-std::array<double, 2> middle_of_head(const TripleRecord& record) {
-    Vec3 middle;
-    for (const TripleRay& ray : record.rays) {
-        middle = middle + (1.0 / 3.0) * Vec3{ray.origin[0], ray.origin[1], 0.0};
-    }
-    const Vec3 r = to_reference(*record.reference, middle);
-    return {r.y, r.z};
-}
-
 PlaneFigures figures_of(const TripleReference& reference, const DevicePlane& plane, const std::array<double, 2>& at) {
     const Vec3 n = direction_to_reference(reference, plane.normal());
     const Vec3 p = to_reference(reference, {0.0, 0.0, plane.a[0]});

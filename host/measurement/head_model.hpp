@@ -70,8 +70,6 @@ void set_covariance(TripleRecord& record, const HeadMatrix& covariance);
                                       const std::array<double, 2>& at);
 [[nodiscard]] Vec3 to_reference(const TripleReference& reference, const Vec3& place_d);
 [[nodiscard]] Vec3 direction_to_reference(const TripleReference& reference, const Vec3& direction_d);
-/// y and z in r of the middle of the three beams at z = 0 of d.
-[[nodiscard]] std::array<double, 2> middle_of_head(const TripleRecord& record);
 
 /// Derivatives of the figures: by the readings (a column each, pose by pose) and by the head's parameters.
 struct FigureSensitivity {

@@ -202,7 +202,7 @@ std::expected<StationResult, StationRefusal> measure_station(const TripleRecord&
             to_reference(*head.reference, spot_of(head.rays[i], out.reading[i], located->poses.front().pose));
     }
     out.normal = normal;
-    out.at = options.at.value_or(middle_of_head(head));
+    out.at = options.at.value_or(head.reference->at);
     const PlaneFigures figures = figures_of(*head.reference, plane, out.at);
     out.angle = figures.angle;
     out.about_y = figures.about_y;

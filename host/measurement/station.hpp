@@ -77,7 +77,7 @@ inline constexpr double kCoverage95 = 1.959964;
 struct StationOptions {
     Estimator estimator = Estimator::mean;
     SeatSigma seat;
-    std::optional<std::array<double, 2>> at;  ///< default: the middle of the head
+    std::optional<std::array<double, 2>> at;  ///< default: that of the calibration
     double oldest = 0.2;                      ///< s
     std::size_t fewest = 3;                   ///< readings per sensor and pose
 };

@@ -112,7 +112,7 @@ private:
 
     void picture_of_plate(std::size_t plate, double height, const Camera& camera, const std::array<double, 2>& shift) {
         const std::string name = "plate_" + std::to_string(plate + 1);
-        Picture dots(kWidth, kHeight, 0.7);
+        Picture dots(kWidth, kHeight, 0.75);
         add_gradient(dots, 0.15, 0.7);
         const double half = 0.5 * kDot;
         for (const auto& dot : dot_grid(options_.side)) {
@@ -124,7 +124,7 @@ private:
         }
         write_picture(folder_ / (name + "_dots.pgm"), dots, 0.01, random_);
         for (std::size_t i = 0; i < 3; ++i) {
-            Picture picture(kWidth, kHeight, 0.06);
+            Picture picture(kWidth, kHeight, 0.08);
             add_gradient(picture, 0.05, 2.1);
             SpotLook look;
             look.centre = camera.see(spot_on(head_.beams[i], plate_in_d(height)));
@@ -273,9 +273,9 @@ void write_spots(const std::filesystem::path& folder, int count, std::uint64_t s
         look.stretch = 1.0 / std::cos(40.0 * kDegree * even(random));
         look.heading = std::numbers::pi * even(random);
         look.peak = 0.5 + 2.5 * even(random);
-        look.speckle = 0.1 + 0.15 * even(random);
+        look.speckle = 0.05 + 0.15 * even(random);
         look.grain = 0.8 + 0.7 * even(random);
-        const double background = 0.03 + 0.17 * even(random);
+        const double background = 0.08 + 0.12 * even(random);  // so much that nothing is darker than black
         const double rise = 0.1 * even(random);
         const double heading = 2.0 * std::numbers::pi * even(random);
         look.centre[0] = 128.0 + 20.0 * (even(random) - 0.5);

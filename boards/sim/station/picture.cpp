@@ -116,9 +116,11 @@ void add_spot(Picture& picture, const SpotLook& look, Random& random) {
 void add_gradient(Picture& picture, double rise, double heading) {
     const double c = std::cos(heading) / picture.width();
     const double s = std::sin(heading) / picture.height();
+    const double middle_x = 0.5 * picture.width();
+    const double middle_y = 0.5 * picture.height();
     for (int row = 0; row < picture.height(); ++row) {
         for (int column = 0; column < picture.width(); ++column) {
-            picture.at(column, row) += rise * (column * c + row * s);
+            picture.at(column, row) += rise * ((column - middle_x) * c + (row - middle_y) * s);
         }
     }
 }

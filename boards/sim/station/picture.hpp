@@ -44,7 +44,7 @@ struct SpotLook {
 };
 
 void add_spot(Picture& picture, const SpotLook& look, Random& random);
-/// Light that rises over the picture by `rise`, in direction `heading`.
+/// Light that rises over the picture by `rise`, in direction `heading`; none is added in the middle.
 void add_gradient(Picture& picture, double rise, double heading);
 /// A dark disc with soft edges, drawn as the ellipse with this centre and these half axes (px, columns first: two
 /// conjugate half diameters).
