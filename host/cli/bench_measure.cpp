@@ -35,7 +35,7 @@ constexpr int kReseatedHeads = 3;
 constexpr double kSeatDeg = 0.03;
 constexpr double kSeatMm = 0.05;
 constexpr int kSpots = 300;
-constexpr int kShifts = 20;  ///< a real picture
+constexpr int kShifts = 20;        ///< a real picture
 constexpr double kBlack = 0.04;    ///< of full scale
 constexpr double kCropRoom = 3.6;  ///< radii left around a spot at least
 
@@ -215,8 +215,8 @@ double moved(const GreyImage& image, const Spot& spot, std::mt19937_64& random) 
     for (int row = top; row <= bottom; ++row) {
         for (int column = left; column <= right; ++column) {
             // A camera has a black level, so that its noise is not cut off in the dark.
-            const double value = kBlack * image.full_scale + (1.0 - kBlack) * static_cast<double>(image.at(column, row)) +
-                                 normal(random);
+            const double value = kBlack * image.full_scale +
+                                 (1.0 - kBlack) * static_cast<double>(image.at(column, row)) + normal(random);
             part.pixel.push_back(
                 static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, static_cast<double>(image.full_scale)))));
         }

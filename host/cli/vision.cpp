@@ -35,7 +35,10 @@ struct Words {
 
 Json json_of(const std::string& file, const std::expected<Spot, SpotRefusal>& found) {
     if (!found) {
-        return {{"image", file}, {"found", false}, {"problem", name_of(found.error().problem)}, {"text", found.error().text}};
+        return {{"image", file},
+                {"found", false},
+                {"problem", name_of(found.error().problem)},
+                {"text", found.error().text}};
     }
     const Spot& spot = *found;
     return {{"image", file},
@@ -49,8 +52,7 @@ Json json_of(const std::string& file, const std::expected<Spot, SpotRefusal>& fo
               {"contrast", spot.contrast},
               {"saturated", spot.saturated},
               {"edge_points", spot.edge_points}}},
-            {"edge_circle",
-             {{"x_px", spot.edge.x}, {"y_px", spot.edge.y}, {"radius_px", spot.edge.radius}}}};
+            {"edge_circle", {{"x_px", spot.edge.x}, {"y_px", spot.edge.y}, {"radius_px", spot.edge.radius}}}};
 }
 
 std::string text_of(const std::string& file, const std::expected<Spot, SpotRefusal>& found) {

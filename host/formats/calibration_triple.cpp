@@ -83,9 +83,8 @@ TripleRecord read_triple(TomlReader& table) {
     }
     if (auto reference = table.table_if("reference")) {
         const std::vector<double> at = reference->numbers("at_mm", 2);
-        record.reference = {reference->rotation("rotation"),
-                            reference->vector_mm("translation_mm"),
-                            {at[0] / 1e3, at[1] / 1e3}};
+        record.reference = {
+            reference->rotation("rotation"), reference->vector_mm("translation_mm"), {at[0] / 1e3, at[1] / 1e3}};
         static_cast<void>(reference->choice("perturbation", {"left"}));
         reference->finish();
     }

@@ -17,12 +17,12 @@ namespace sc::host {
 namespace {
 
 constexpr double kLeastSpread = 3e-3;
-constexpr double kZeroPrior = 1e-3;      ///< metres, one sigma, of a sensor that was never read on a plate
+constexpr double kZeroPrior = 1e-3;  ///< metres, one sigma, of a sensor that was never read on a plate
 constexpr double kGainPrior = 5e-3;
-constexpr double kDrawnPlace = 0.5e-3;   ///< of a workshop
+constexpr double kDrawnPlace = 0.5e-3;  ///< of a workshop
 constexpr double kDrawnTilt = 5e-3;
 constexpr double kLeastSpotSigma = 1e-6;
-constexpr double kSquare = 2.0;          ///< how much more than calculated the misfit may be
+constexpr double kSquare = 2.0;  ///< how much more than calculated the misfit may be
 
 [[noreturn]] void fail(const Stand& stand, std::string problem, std::string value, std::string action) {
     throw InputError({.file = stand.file.string(),
@@ -33,7 +33,7 @@ constexpr double kSquare = 2.0;          ///< how much more than calculated the 
 
 /// A straight line v = p + q·s for each sensor, one value a plate; errors of a plate are shared by the sensors.
 struct Lines {
-    Eigen::Matrix<double, 6, 1> value;       ///< p, q of sensor 1, 2, 3
+    Eigen::Matrix<double, 6, 1> value;  ///< p, q of sensor 1, 2, 3
     Eigen::Matrix<double, 6, 6> covariance;
     double chi2 = 0.0;
     double rms = 0.0;
@@ -144,8 +144,8 @@ std::array<std::vector<double>, 3> values_of(const StationFile& file) {
 
 std::optional<ReadingFit> fit_readings(const Stand& stand, const std::vector<StationFile>& readings,
                                        const TripleRecord& head) {
-    const auto with = std::count_if(readings.begin(), readings.end(),
-                                    [](const StationFile& file) { return !file.stations.empty(); });
+    const auto with =
+        std::count_if(readings.begin(), readings.end(), [](const StationFile& file) { return !file.stations.empty(); });
     if (with == 0) {
         return std::nullopt;
     }
@@ -173,8 +173,8 @@ std::optional<ReadingFit> fit_readings(const Stand& stand, const std::vector<Sta
             freedom += static_cast<double>(plate[i].size() - 1);
         }
         out.sigma[i] = std::max(std::sqrt(squares / freedom), 1e-7);
-        const double along = std::sqrt(1.0 + head.rays[i].tilt[0] * head.rays[i].tilt[0] +
-                                       head.rays[i].tilt[1] * head.rays[i].tilt[1]);
+        const double along =
+            std::sqrt(1.0 + head.rays[i].tilt[0] * head.rays[i].tilt[0] + head.rays[i].tilt[1] * head.rays[i].tilt[1]);
         for (std::size_t k = 0; k < values.size(); ++k) {
             const Location location = locate(values[k][i], out.sigma[i], Estimator::mean);
             data.s[i].push_back(stand.heights[k].z * along);
@@ -185,14 +185,15 @@ std::optional<ReadingFit> fit_readings(const Stand& stand, const std::vector<Sta
     out.lines = fit_lines(data);
     for (int i = 0; i < 3; ++i) {
         if (const double slope = out.lines.value(2 * i + 1); !(slope > 0.8 && slope < 1.25)) {
-            fail(stand, "the readings of sensor " + stand.sensors[static_cast<std::size_t>(i)].id +
-                            " do not go with the plates' heights; slope",
+            fail(stand,
+                 "the readings of sensor " + stand.sensors[static_cast<std::size_t>(i)].id +
+                     " do not go with the plates' heights; slope",
                  fixed(slope, 4), "see which file belongs to which plate");
         }
     }
     if (beyond_chance(out.lines.chi2 / (kSquare * kSquare), out.lines.freedom)) {
-        fail(stand, "the readings lie off straight lines over the plates' heights, rms in um", fixed(out.lines.rms * 1e6, 1),
-             "see which file belongs to which plate, and the heights");
+        fail(stand, "the readings lie off straight lines over the plates' heights, rms in um",
+             fixed(out.lines.rms * 1e6, 1), "see which file belongs to which plate, and the heights");
     }
     return out;
 }

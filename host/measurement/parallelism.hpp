@@ -28,8 +28,8 @@ struct PlatePixels {
 /// Camera scale at one plate.
 struct PlateScale {
     double z = 0.0;
-    std::array<double, 2> px_per_mm{};  ///< along x and y of d, at the middle of the spots
-    double residual = 0.0;              ///< rms of the dots from their places, metres
+    std::array<double, 2> px_per_mm{};             ///< along x and y of d, at the middle of the spots
+    double residual = 0.0;                         ///< rms of the dots from their places, metres
     std::array<std::array<double, 2>, 3> spots{};  ///< in d, metres
     std::array<double, 3> side{};                  ///< of the triangle: 1-2, 2-3, 3-1
     std::array<double, 2> middle{};                ///< of the triangle
@@ -46,16 +46,16 @@ struct MountTurn {
 
 struct Parallelism {
     std::vector<PlateScale> plates;
-    std::array<double, 3> side_drift{};       ///< of sides 1-2, 2-3, 3-1 per height, m/m: what is left of parallelism
+    std::array<double, 3> side_drift{};  ///< of sides 1-2, 2-3, 3-1 per height, m/m: what is left of parallelism
     std::array<double, 3> side_drift_sigma{};
-    std::array<double, 3> between{};          ///< angles between beams 1-2, 2-3, 3-1, rad
-    std::array<double, 2> drift{};            ///< of the triangle's middle per height: what is left of perpendicularity
+    std::array<double, 3> between{};  ///< angles between beams 1-2, 2-3, 3-1, rad
+    std::array<double, 2> drift{};    ///< of the triangle's middle per height: what is left of perpendicularity
     double drift_sigma = 0.0;
     std::array<std::array<double, 2>, 3> tilt_sigma{};
-    double place_rms = 0.0;                   ///< of the spots from their beams, metres
-    std::optional<double> reading_rms;        ///< of the readings from their lines
-    std::vector<MountTurn> turns;             ///< where the stand names a mount
-    TripleRecord head;                        ///< what is left, for the software to take out
+    double place_rms = 0.0;             ///< of the spots from their beams, metres
+    std::optional<double> reading_rms;  ///< of the readings from their lines
+    std::vector<MountTurn> turns;       ///< where the stand names a mount
+    TripleRecord head;                  ///< what is left, for the software to take out
 };
 
 /// Parts of the calibration that can be left out, to see what each earns.

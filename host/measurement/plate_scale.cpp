@@ -78,10 +78,11 @@ std::size_t furthest(const std::vector<Place>& places, double u, double v) {
 }
 
 [[noreturn]] void no_pattern(const Stand& stand, const PlatePixels& pixels, const std::string& why) {
-    throw InputError({.file = stand.file.string(),
-                      .problem = "the dots on the plate at " + fixed(pixels.z * 1e3, 1) + " mm do not fit their pattern: " + why,
-                      .value = {},
-                      .action = "take the picture with x of the head to the right and y down, all dots in it"});
+    throw InputError(
+        {.file = stand.file.string(),
+         .problem = "the dots on the plate at " + fixed(pixels.z * 1e3, 1) + " mm do not fit their pattern: " + why,
+         .value = {},
+         .action = "take the picture with x of the head to the right and y down, all dots in it"});
 }
 
 }  // namespace

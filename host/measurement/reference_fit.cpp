@@ -233,9 +233,8 @@ ReferenceFit fit_reference(const TripleRecord& head, const StationFile& stations
     for (const KnownResidual& residual : out.residuals) {
         squares += residual.angle_after * residual.angle_after;
     }
-    out.head.provenance.note =
-        "reference from " + std::to_string(known.size()) + " known stations, angles off " +
-        fixed(std::sqrt(squares / static_cast<double>(known.size())) / kDegree, 4) + " deg rms";
+    out.head.provenance.note = "reference from " + std::to_string(known.size()) + " known stations, angles off " +
+                               fixed(std::sqrt(squares / static_cast<double>(known.size())) / kDegree, 4) + " deg rms";
     return out;
 }
 

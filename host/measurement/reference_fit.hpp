@@ -21,7 +21,7 @@ struct ReferenceFit {
     std::vector<KnownResidual> residuals;
     double angle_sigma_before = 0.0;  ///< of the first station's angle, from the geometry alone, rad
     double angle_sigma_after = 0.0;
-    double misfit = 0.0;              ///< rms of the residuals over what is expected of them
+    double misfit = 0.0;  ///< rms of the residuals over what is expected of them
 };
 
 /// Finds the reference plane in d, and betters the rest of the head, from stations whose pose is known: maximum

@@ -26,17 +26,10 @@ std::string escaped(const std::string& text) {
     std::string out;
     for (const char c : text) {
         switch (c) {
-            case '&':
-                out += "&amp;";
-                break;
-            case '<':
-                out += "&lt;";
-                break;
-            case '>':
-                out += "&gt;";
-                break;
-            default:
-                out += c;
+            case '&': out += "&amp;"; break;
+            case '<': out += "&lt;"; break;
+            case '>': out += "&gt;"; break;
+            default: out += c;
         }
     }
     return out;
@@ -100,8 +93,8 @@ std::string front_view(const StationResult& r, const Box& box) {
         z.push_back(spot.z);
     }
     const Scale s = fit(box, span_of(y), span_of(z));
-    std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n", box.left,
-                                  box.top, box.width, box.height);
+    std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n",
+                                  box.left, box.top, box.width, box.height);
     out += text_at(box.left + 12.0, box.top + 22.0, "h", "Front view");
     out += line_at(box.left + 20.0, s.y(0.0), box.left + box.width - 20.0, s.y(0.0), "r");
     out += text_at(box.left + 22.0, s.y(0.0) + 17.0, "s", "reference plane");
@@ -126,8 +119,8 @@ std::string side_view(const StationResult& r, const Box& box) {
     const double top = std::max({r.spots[0].z, r.spots[1].z, r.spots[2].z}) + 0.02;
     const std::array x{std::min(0.0, face_x(0.0)), std::max({face_x(0.0), face_x(top), 0.05})};
     const Scale s = fit(box, x, {0.0, top});
-    std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n", box.left,
-                                  box.top, box.width, box.height);
+    std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n",
+                                  box.left, box.top, box.width, box.height);
     out += text_at(box.left + 12.0, box.top + 22.0, "h", "Top view (along the reference plane's edge)");
     out += line_at(s.x(x[0]) - 12.0, s.y(0.0), s.x(x[1]) + 12.0, s.y(0.0), "r");
     out += line_at(s.x(face_x(0.0)), s.y(0.0), s.x(face_x(top)), s.y(top), "o");
@@ -159,7 +152,8 @@ std::vector<FigureLine> figures_of(const StationResult& r) {
         return FigureLine{name, fmt::format("{:.3f} deg", value / kDegree),
                           fmt::format("+- {:.3f}", kCoverage95 * sigma.total() / kDegree)};
     };
-    return {degrees("angle", r.angle, r.angle_sigma), degrees("about y", r.about_y, r.about_y_sigma),
+    return {degrees("angle", r.angle, r.angle_sigma),
+            degrees("about y", r.about_y, r.about_y_sigma),
             degrees("about z (yaw)", r.about_z, r.about_z_sigma),
             {"distance", fmt::format("{:.3f} mm", r.distance * kMm),
              fmt::format("+- {:.3f}", kCoverage95 * r.distance_sigma.total() * kMm)}};
@@ -260,8 +254,8 @@ std::string station_page(const StationResult& result, const Correction* correcti
 }
 
 std::string table_head() {
-    return fmt::format("{:<14} {:>9} {:>9} {:>8} {:>9} {:>9} {:>10} {:>8}  {}\n", "station", "rail mm", "angle", "+-95%",
-                       "about y", "about z", "dist. mm", "+-95%", "what to do");
+    return fmt::format("{:<14} {:>9} {:>9} {:>8} {:>9} {:>9} {:>10} {:>8}  {}\n", "station", "rail mm", "angle",
+                       "+-95%", "about y", "about z", "dist. mm", "+-95%", "what to do");
 }
 
 std::string table_row(const StationResult& r, const Correction* correction) {

@@ -69,8 +69,11 @@ std::optional<Circle> algebraic(const Points& points) {
     if (!(square > 0.0)) {
         return std::nullopt;
     }
-    return Circle{
-        .x = mx + 0.5 * x[0], .y = my + 0.5 * x[1], .radius = std::sqrt(square), .residual = 0.0, .used = points.size()};
+    return Circle{.x = mx + 0.5 * x[0],
+                  .y = my + 0.5 * x[1],
+                  .radius = std::sqrt(square),
+                  .residual = 0.0,
+                  .used = points.size()};
 }
 
 bool newton(const Points& points, Circle& circle) {

@@ -23,10 +23,8 @@ constexpr std::size_t kMostPixels = 100'000'000;
 
 [[noreturn]] void fail(const std::filesystem::path& path, std::string problem, std::string value = {},
                        std::string action = "give a PNG, JPEG or binary PGM picture") {
-    throw InputError({.file = path.string(),
-                      .problem = std::move(problem),
-                      .value = std::move(value),
-                      .action = std::move(action)});
+    throw InputError(
+        {.file = path.string(), .problem = std::move(problem), .value = std::move(value), .action = std::move(action)});
 }
 
 void check_size(const std::filesystem::path& path, std::size_t width, std::size_t height) {
@@ -158,7 +156,8 @@ GreyImage read_pgm(const std::filesystem::path& path, std::string_view bytes) {
     const std::size_t most = pgm_number(path, bytes, at);
     check_size(path, width, height);
     if (most != 255 && most != 65535) {
-        fail(path, "is a PGM of an unknown depth", std::to_string(most), "save it with 255 or 65535 as its largest value");
+        fail(path, "is a PGM of an unknown depth", std::to_string(most),
+             "save it with 255 or 65535 as its largest value");
     }
     ++at;
     const std::size_t wide = most == 255 ? 1 : 2;

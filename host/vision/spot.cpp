@@ -17,18 +17,18 @@ namespace sc::host {
 namespace {
 
 constexpr double kPreBlurPx = 2.0;
-constexpr double kLeastContrast = 6.0;     ///< height over noise
+constexpr double kLeastContrast = 6.0;      ///< height over noise
 constexpr double kLeastSeparability = 0.5;  ///< share of the grey values' variance that Otsu's split explains
 constexpr int kLeastPixels = 40;
-constexpr double kLargestShare = 0.6;      ///< of the picture
-constexpr double kSecondShare = 0.3;       ///< of the largest region
+constexpr double kLargestShare = 0.6;  ///< of the picture
+constexpr double kSecondShare = 0.3;   ///< of the largest region
 constexpr double kLargestRoundness = 0.2;
 constexpr int kPlaneRounds = 4;
 constexpr double kPlaneOutlier = 2.5;
 constexpr double kMadToSigma = 1.4826;
-constexpr double kLargestMisfit = 0.4;      ///< of the light from its surface, where the surface is to be believed
-constexpr double kFull = 0.95;              ///< of full scale: from here on noise and knee make a pixel unsure
-constexpr double kDotSizes = 0.5;          ///< a dot's area is within this of the median's
+constexpr double kLargestMisfit = 0.4;  ///< of the light from its surface, where the surface is to be believed
+constexpr double kFull = 0.95;          ///< of full scale: from here on noise and knee make a pixel unsure
+constexpr double kDotSizes = 0.5;       ///< a dot's area is within this of the median's
 
 std::unexpected<SpotRefusal> refuse(SpotProblem problem, std::string text) {
     return std::unexpected(SpotRefusal{problem, std::move(text)});
@@ -204,14 +204,16 @@ std::expected<Spot, SpotRefusal> refined(const GreyImage& image, const cv::Mat& 
     Spot spot;
     const auto edge = edge_circle(labels, region, spot.edge_points);
     if (!edge) {
-        return refuse(SpotProblem::not_round, "the outline of the spot is no circle: its edge does not close; look for "
-                                              "reflections, or take the picture again");
+        return refuse(SpotProblem::not_round,
+                      "the outline of the spot is no circle: its edge does not close; look for "
+                      "reflections, or take the picture again");
     }
     spot.edge = *edge;
     const auto outline = find_outline(light, *edge, settings);
     if (!outline) {
-        return refuse(SpotProblem::not_round, "the outline of the spot does not close at half its height: it reaches the "
-                                              "picture's edge, or has another beside it; leave more room around it");
+        return refuse(SpotProblem::not_round,
+                      "the outline of the spot does not close at half its height: it reaches the "
+                      "picture's edge, or has another beside it; leave more room around it");
     }
     spot.x = outline->circle.x;
     spot.y = outline->circle.y;
@@ -250,10 +252,10 @@ void take_surface(const GreyImage& image, const cv::Mat& light, double noise, Sp
 std::optional<SpotRefusal> unfit(const Split& split, const std::vector<Region>& regions, double noise) {
     // Smoothing leaves little of the pixels' noise: what is above it must stand out well.
     if (!(split.height > kLeastContrast * std::max(noise, 1e-3))) {
-        return SpotRefusal{SpotProblem::flat, "there is no spot: the brightest part is " + fixed(split.height * 100.0, 1) +
-                                                  " % of full scale above the rest, with a noise of " +
-                                                  fixed(noise * 100.0, 2) +
-                                                  " %; switch the laser on, or expose for longer"};
+        return SpotRefusal{SpotProblem::flat,
+                           "there is no spot: the brightest part is " + fixed(split.height * 100.0, 1) +
+                               " % of full scale above the rest, with a noise of " + fixed(noise * 100.0, 2) +
+                               " %; switch the laser on, or expose for longer"};
     }
     if (!(split.separability > kLeastSeparability)) {
         return SpotRefusal{SpotProblem::no_split,
@@ -263,9 +265,8 @@ std::optional<SpotRefusal> unfit(const Split& split, const std::vector<Region>& 
     }
     if (regions.empty() || regions.front().area < kLeastPixels) {
         return SpotRefusal{SpotProblem::small,
-                           "the spot has " + std::to_string(regions.empty() ? 0 : regions.front().area) +
-                               " pixels, " + std::to_string(kLeastPixels) +
-                               " are needed; bring the camera nearer"};
+                           "the spot has " + std::to_string(regions.empty() ? 0 : regions.front().area) + " pixels, " +
+                               std::to_string(kLeastPixels) + " are needed; bring the camera nearer"};
     }
     return std::nullopt;
 }
@@ -298,22 +299,14 @@ std::vector<Region> dots_among(const std::vector<Region>& regions, const cv::Mat
 
 const char* name_of(SpotProblem problem) noexcept {
     switch (problem) {
-        case SpotProblem::flat:
-            return "flat";
-        case SpotProblem::no_split:
-            return "no_split";
-        case SpotProblem::small:
-            return "small";
-        case SpotProblem::large:
-            return "large";
-        case SpotProblem::cut:
-            return "cut";
-        case SpotProblem::several:
-            return "several";
-        case SpotProblem::not_round:
-            return "not_round";
-        case SpotProblem::wrong_count:
-            return "wrong_count";
+        case SpotProblem::flat: return "flat";
+        case SpotProblem::no_split: return "no_split";
+        case SpotProblem::small: return "small";
+        case SpotProblem::large: return "large";
+        case SpotProblem::cut: return "cut";
+        case SpotProblem::several: return "several";
+        case SpotProblem::not_round: return "not_round";
+        case SpotProblem::wrong_count: return "wrong_count";
     }
     return "unknown";
 }
@@ -356,11 +349,8 @@ std::expected<Spot, SpotRefusal> find_spot(const GreyImage& image) {
 }
 
 std::expected<std::vector<Spot>, SpotRefusal> find_dots(const GreyImage& image, std::size_t count) {
-    constexpr OutlineSettings kDisc{.smoothing = 0.0,
-                                    .least_smoothing_px = 1.0,
-                                    .background_from = 1.2,
-                                    .background_to = 1.4,
-                                    .search_to = 1.4};
+    constexpr OutlineSettings kDisc{
+        .smoothing = 0.0, .least_smoothing_px = 1.0, .background_from = 1.2, .background_to = 1.4, .search_to = 1.4};
     const cv::Mat light = light_of(image);
     const double noise = noise_of(light);
     const cv::Mat flat = flattened(light);

@@ -16,14 +16,14 @@ namespace sc::host {
 
 /// Why a picture gives no centre.
 enum class SpotProblem : std::uint8_t {
-    flat,       ///< nothing stands out of the noise
-    no_split,   ///< Otsu's threshold does not part the picture into spot and background
-    small,      ///< too few pixels
-    large,      ///< fills too much of the picture
-    cut,        ///< reaches the picture's edge
-    several,    ///< more than one spot of like size
-    not_round,  ///< the outline is no circle
-    wrong_count ///< dots: not as many as there should be
+    flat,        ///< nothing stands out of the noise
+    no_split,    ///< Otsu's threshold does not part the picture into spot and background
+    small,       ///< too few pixels
+    large,       ///< fills too much of the picture
+    cut,         ///< reaches the picture's edge
+    several,     ///< more than one spot of like size
+    not_round,   ///< the outline is no circle
+    wrong_count  ///< dots: not as many as there should be
 };
 [[nodiscard]] const char* name_of(SpotProblem problem) noexcept;
 
@@ -36,14 +36,14 @@ struct SpotRefusal {
 struct Spot {
     double x = 0.0;
     double y = 0.0;
-    double radius = 0.0;        ///< of the half-height outline
-    double sigma = 0.0;         ///< of the centre, each way, as the outline's scatter says
-    double roundness = 0.0;     ///< rms distance of the outline from its circle, over the radius
-    double contrast = 0.0;      ///< height over noise
-    double saturated = 0.0;     ///< share of the spot's pixels at full scale
-    double misfit = 1.0;        ///< rms of the light off a Gaussian surface, over the light
-    bool by_surface = false;    ///< the centre is the surface's, not the outlines'
-    Circle edge;                ///< circle through Canny's edge of Otsu's region, as the paper has it
+    double radius = 0.0;      ///< of the half-height outline
+    double sigma = 0.0;       ///< of the centre, each way, as the outline's scatter says
+    double roundness = 0.0;   ///< rms distance of the outline from its circle, over the radius
+    double contrast = 0.0;    ///< height over noise
+    double saturated = 0.0;   ///< share of the spot's pixels at full scale
+    double misfit = 1.0;      ///< rms of the light off a Gaussian surface, over the light
+    bool by_surface = false;  ///< the centre is the surface's, not the outlines'
+    Circle edge;              ///< circle through Canny's edge of Otsu's region, as the paper has it
     std::size_t edge_points = 0;
 };
 

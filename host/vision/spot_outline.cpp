@@ -19,7 +19,7 @@ constexpr int kSpokes = 180;
 constexpr double kStepPx = 0.25;
 constexpr double kFewestSpokes = 0.8;  ///< share that must meet the outline
 constexpr int kRounds = 3;
-constexpr double kTopPart = 0.35;      ///< radii: the top is taken within
+constexpr double kTopPart = 0.35;  ///< radii: the top is taken within
 
 /// a + b·dx + c·dy.
 struct Ground {
@@ -152,10 +152,10 @@ std::optional<Outline> find_outline(const cv::Mat& light, const Circle& start, c
     const double blur = std::max(settings.least_smoothing_px, settings.smoothing * start.radius);
     const double reach = settings.background_to * start.radius + 3.0 * blur + 4.0;
     const cv::Rect whole(0, 0, light.cols, light.rows);
-    const cv::Rect part = cv::Rect(static_cast<int>(std::floor(start.x - reach)),
-                                   static_cast<int>(std::floor(start.y - reach)), static_cast<int>(2.0 * reach) + 2,
-                                   static_cast<int>(2.0 * reach) + 2) &
-                          whole;
+    const cv::Rect part =
+        cv::Rect(static_cast<int>(std::floor(start.x - reach)), static_cast<int>(std::floor(start.y - reach)),
+                 static_cast<int>(2.0 * reach) + 2, static_cast<int>(2.0 * reach) + 2) &
+        whole;
     if (part.width < 4 || part.height < 4) {
         return std::nullopt;
     }

@@ -12,13 +12,13 @@ namespace {
 
 constexpr int kParameters = 9;
 constexpr int kRounds = 40;
-constexpr double kReach = 3.0;      ///< radii of the half height
+constexpr double kReach = 3.0;       ///< radii of the half height
 constexpr double kPerRadius = 20.0;  ///< pixels a radius that are looked at; more tell nothing new
 constexpr double kSpeckle = 0.2;
-constexpr double kFloor = 0.03;     ///< of the height: noise, and what no model has; fixed, so that noise moves no weight
+constexpr double kFloor = 0.03;  ///< of the height: noise, and what no model has; fixed, so that noise moves no weight
 constexpr double kHuber = 2.5;
-constexpr double kSettled = 1e-4;   ///< px
-constexpr double kBright = 0.2;     ///< of the height: where the misfit is taken
+constexpr double kSettled = 1e-4;  ///< px
+constexpr double kBright = 0.2;    ///< of the height: where the misfit is taken
 
 using Vector = cv::Matx<double, kParameters, 1>;
 using Matrix = cv::Matx<double, kParameters, kParameters>;
@@ -56,14 +56,15 @@ Sums sums_of(const cv::Mat& light, const cv::Mat& saturated, const Window& windo
         for (int dx0 = -reach; dx0 <= reach; dx0 += window.step) {
             const int column = x0 + dx0;
             const int row = y0 + dy0;
-            if (column < 0 || row < 0 || column >= light.cols || row >= light.rows || dx0 * dx0 + dy0 * dy0 > reach * reach ||
-                saturated.at<std::uint8_t>(row, column) != 0) {
+            if (column < 0 || row < 0 || column >= light.cols || row >= light.rows ||
+                dx0 * dx0 + dy0 * dy0 > reach * reach || saturated.at<std::uint8_t>(row, column) != 0) {
                 continue;
             }
             const double dx = column - s.p(0);
             const double dy = row - s.p(1);
             const double spot = s.spot(dx, dy);
-            const double off = static_cast<double>(light.at<float>(row, column)) - spot - s.p(6) - s.p(7) * dx0 - s.p(8) * dy0;
+            const double off =
+                static_cast<double>(light.at<float>(row, column)) - spot - s.p(6) - s.p(7) * dx0 - s.p(8) * dy0;
             const double sigma = std::hypot(window.floor, kSpeckle * spot);
             const double far = std::abs(off) / sigma;
             const double weight = (far > kHuber ? kHuber / far : 1.0) / (sigma * sigma);

@@ -21,7 +21,7 @@ struct SurfaceFit {
 /// on a rough surface scatters in proportion to itself (speckle), so dim flanks tell the centre as well as bright
 /// ones: each pixel counts by 1/((0.05·height)² + (0.2·light)²), which no outline at a few heights can match. Pixels of
 /// `saturated` (CV_8U, not 0) do not count. nullopt where it does not settle within half a radius of the start.
-[[nodiscard]] std::optional<SurfaceFit> fit_surface(const cv::Mat& light, const cv::Mat& saturated,
-                                                    const Circle& start, double height);
+[[nodiscard]] std::optional<SurfaceFit> fit_surface(const cv::Mat& light, const cv::Mat& saturated, const Circle& start,
+                                                    double height);
 
 }  // namespace sc::host
