@@ -69,7 +69,7 @@ private:
 
     std::optional<std::size_t> from_file(std::array<char, 4096>& buffer) {
         file_.clear();
-        file_.read(buffer.data(), buffer.size());
+        file_.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
         const auto got = static_cast<std::size_t>(file_.gcount());
         if (got == 0) {
             ::poll(nullptr, 0, kWaitMs);

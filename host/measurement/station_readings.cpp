@@ -129,15 +129,32 @@ std::optional<StationRefusal> unusable(const TripleRecord& head, const std::vect
     return std::nullopt;
 }
 
-/// Single readings against the calibrated noise, all sensors and poses together.
+/// Without those that lie wildly off: beyond four standard deviations of the median, by the calibration or by the
+/// readings' own median deviation, whichever is more.
+std::vector<double> tame(const std::vector<double>& values, double sigma) {
+    constexpr double kWild = 4.0;
+    constexpr double kMadToSigma = 1.4826;
+    const double middle = locate(values, sigma, Estimator::median).value;
+    std::vector<double> off;
+    for (const double value : values) {
+        off.push_back(std::abs(value - middle));
+    }
+    const double limit = kWild * std::max(sigma, kMadToSigma * locate(off, sigma, Estimator::median).value);
+    std::vector<double> out = values;
+    std::erase_if(out, [&](double value) { return std::abs(value - middle) > limit; });
+    return out;
+}
+
+/// Single readings against the calibrated noise, all sensors and poses together; wild ones do not count.
 void judge_noise(const TripleRecord& head, const std::vector<Group>& groups, LocatedStation& out) {
     double over = 0.0;
     double squares = 0.0;
     double freedom = 0.0;
     for (const Group& group : groups) {
         for (std::size_t i = 0; i < 3; ++i) {
-            const double s = scatter(group.values[i]);
-            const double n = static_cast<double>(group.values[i].size()) - 1.0;
+            const std::vector<double> values = tame(group.values[i], head.rays[i].sigma);
+            const double s = scatter(values);
+            const double n = std::max(0.0, static_cast<double>(values.size()) - 1.0);
             squares += n * s * s;
             over += n * s * s / (head.rays[i].sigma * head.rays[i].sigma);
             freedom += n;
@@ -187,7 +204,7 @@ std::expected<LocatedStation, StationRefusal> locate_station(const TripleRecord&
         PoseReadings pose{.pose = group.pose, .value = {}, .sigma = {}};
         std::size_t used = group.values[0].size();
         for (std::size_t i = 0; i < 3; ++i) {
-            // What is seen counts where it is worse than the calibration; wild readings must not widen their own net.
+            // What is seen counts where it is worse than the calibration.
             const double sigma = head.rays[i].sigma;
             Location location = locate(group.values[i], sigma, options.estimator);
             if (out.noisier) {

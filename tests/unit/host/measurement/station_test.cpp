@@ -107,7 +107,8 @@ TEST(MeasureStation, AWildReadingDoesNotMoveTheEstimate) {
     ASSERT_TRUE(after);
     EXPECT_NEAR(after->angle, before, 0.03 * kDegree);
     EXPECT_GE(after->left_out, 1U);
-    EXPECT_TRUE(after->noisier);
+    EXPECT_FALSE(after->noisier);
+    EXPECT_LT(after->angle_sigma.sensors, 1e-3);
 }
 
 TEST(MeasureStation, ExchangedIdsAreNamed) {
