@@ -105,8 +105,8 @@ std::string front_view(const StationResult& r, const Box& box) {
     }
     for (std::size_t i = 0; i < 3; ++i) {
         out += dot_at(s.x(r.spots[i].y), s.y(r.spots[i].z), std::to_string(i + 1));
-        out += text_at(s.x(r.spots[i].y) + 14.0, s.y(r.spots[i].z) + 4.0, "s",
-                       fmt::format("{:.2f} mm", r.reading[i] * kMm));
+        out += text_at(s.x(r.spots[i].y), s.y(r.spots[i].z) + 26.0, "s",
+                       fmt::format("{:.2f} mm", r.reading[i] * kMm), "middle");
     }
     return out;
 }
@@ -121,7 +121,7 @@ std::string side_view(const StationResult& r, const Box& box) {
     const Scale s = fit(box, x, {0.0, top});
     std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n",
                                   box.left, box.top, box.width, box.height);
-    out += text_at(box.left + 12.0, box.top + 22.0, "h", "Top view (along the reference plane's edge)");
+    out += text_at(box.left + 12.0, box.top + 22.0, "h", "Top view");
     out += line_at(s.x(x[0]) - 12.0, s.y(0.0), s.x(x[1]) + 12.0, s.y(0.0), "r");
     out += line_at(s.x(face_x(0.0)), s.y(0.0), s.x(face_x(top)), s.y(top), "o");
     for (std::size_t i = 0; i < 3; ++i) {
