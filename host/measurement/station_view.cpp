@@ -105,8 +105,8 @@ std::string front_view(const StationResult& r, const Box& box) {
     }
     for (std::size_t i = 0; i < 3; ++i) {
         out += dot_at(s.x(r.spots[i].y), s.y(r.spots[i].z), std::to_string(i + 1));
-        out += text_at(s.x(r.spots[i].y), s.y(r.spots[i].z) + 26.0, "s",
-                       fmt::format("{:.2f} mm", r.reading[i] * kMm), "middle");
+        out += text_at(s.x(r.spots[i].y), s.y(r.spots[i].z) + 26.0, "s", fmt::format("{:.2f} mm", r.reading[i] * kMm),
+                       "middle");
     }
     return out;
 }
