@@ -38,6 +38,8 @@ constexpr const char* kExamples = R"(Examples:
       200 jobs whose host is killed and started again (some minutes)
   scribecell bench sensors
       readings a second on the sensor buses, beside what the lines can carry
+  scribecell bench measure
+      the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -49,6 +51,7 @@ constexpr std::array kBenches{
     Bench{"controller", "instructions a tick on a Cortex-M7, the same bits everywhere", bench_controller},
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
+    Bench{"measure", "the triple-laser head against the true angle", bench_measure},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
     Bench{"sensors", "the sensor buses against what their lines can carry", bench_sensors},

@@ -64,6 +64,11 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// recording, and the replay's commands.csv and ticks.csv.
 [[nodiscard]] std::vector<Figure> bench_controller(const BenchOptions& options);
 
+/// The triple-laser head on files that scribecell-station makes: 10 heads with errors, each calibrated on its stand and
+/// at other angles, 100 seeds each at seven angles. Figures: tests/bench/asked.toml. `raw`: all files but the pictures,
+/// and angles.csv, a row a measurement.
+[[nodiscard]] std::vector<Figure> bench_measure(const BenchOptions& options);
+
 /// The main job over 20 castings, the worst of each: burnt_95_um, burnt_max_um (each pulse from its true datum plane),
 /// missed_pulses, limit_violations, least_burnt_mm; and plain_max_um, without the care that BeamReach takes (5 of
 /// them). Some minutes. `raw`: casting.csv, one row a casting.

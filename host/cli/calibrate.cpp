@@ -13,6 +13,10 @@ constexpr const char* kExamples = R"(Examples:
       field correction of the galvo, from crosses burnt in the simulated cell
   scribecell calibrate galvo-lag --out lag1
       how the mirrors follow: latency, natural frequency and damping, from lines burnt in the simulated cell
+  scribecell calibrate parallelism stand.toml --out head.toml
+      beams of the triple-laser head, from pictures of its spots at three heights or more
+  scribecell calibrate reference --readings r.csv --known known.csv --calibration head.toml --out head2.toml
+      where the reference plane lies, from stations of known pose
 
 `scribecell calibrate axes --help` and so on say more.)";
 
@@ -26,6 +30,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_axes(*calibrate, exit_code);
     add_calibrate_galvo_field(*calibrate, exit_code);
     add_calibrate_galvo_lag(*calibrate, exit_code);
+    add_calibrate_triple(*calibrate, exit_code);
 }
 
 }  // namespace sc::host::cli

@@ -8,6 +8,7 @@
 namespace sc::host::cli {
 
 void add_calibrate_axes(CLI::App& calibrate, int& exit_code);
+void add_calibrate_triple(CLI::App& calibrate, int& exit_code);
 void add_calibrate_galvo_field(CLI::App& calibrate, int& exit_code);
 void add_calibrate_galvo_lag(CLI::App& calibrate, int& exit_code);
 

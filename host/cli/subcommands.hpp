@@ -16,6 +16,8 @@ void add_inspect(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_override(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
+void add_measure(CLI::App& app, int& exit_code);
+void add_vision(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_sensors(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);

@@ -12,21 +12,11 @@ namespace sc::host {
 namespace {
 
 constexpr std::array kUnits{kMillimetre, kMetre, kInch};
-constexpr Limits kResidualUm{0.0, 1e6};
 constexpr Limits kSigmaUm{1e-6, 1e6};
 constexpr Limits kWaistUm{1.0, 1000.0};
 constexpr Limits kRayleighMm{0.001, 1e6};
 constexpr Limits kSquarenessMrad{-50.0, 50.0};
 constexpr Limits kScalePpm{-50'000.0, 50'000.0};
-
-Provenance read_provenance(TomlReader& table) {
-    Provenance out;
-    out.parents = table.texts("parents");
-    out.residual_rms = table.number("residual_rms_um", kResidualUm) / 1e6;
-    out.time = table.time("time");
-    out.note = table.text_or("note", "");
-    return out;
-}
 
 TransformRecord read_transform(TomlReader& table) {
     TransformRecord out;
@@ -282,6 +272,9 @@ void read_sensors(TomlReader& root, CalibrationSet& set) {
     }
     if (!set.triple_head.empty() && set.triple_head.size() != 3) {
         root.fail("triple_head", "has not three rays", std::to_string(set.triple_head.size()), "give all three");
+    }
+    if (auto table = root.table_if("triple")) {
+        set.triple = read_triple(*table);
     }
 }
 

@@ -144,6 +144,37 @@ struct BeamRecord {
     [[nodiscard]] double depth_within(double tolerance) const noexcept;
 };
 
+/// One beam of the triple-laser head in its frame d (docs/measure.md): the surface that reading r tells of lies at
+///     (ox, oy, 0) + (1 + gain)·(r − zero)·u,  u = (tx, ty, 1) / |(tx, ty, 1)|.
+struct TripleRay {
+    std::string id;
+    std::array<double, 2> origin{};  ///< metres, where the beam meets z = 0 of d
+    std::array<double, 2> tilt{};    ///< dx/dz, dy/dz
+    double zero = 0.0;               ///< reading at the origin, metres
+    double gain = 0.0;               ///< of the distance, less one
+    double sigma = 0.0;              ///< of one reading, metres
+    bool operator==(const TripleRay&) const = default;
+};
+/// Where the reference plane r lies in d: d_from_r.
+struct TripleReference {
+    Mat3 rotation;
+    Vec3 translation;            ///< metres
+    std::array<double, 2> at{};  ///< y, z in r: where distances are taken, metres
+    bool operator==(const TripleReference&) const noexcept = default;
+};
+/// The triple-laser head. Covariance order: ox,oy,tx,ty,zero,gain of ray 1, 2, 3, then rx,ry,rz,tx,ty,tz of ξ in
+/// d_from_r = Exp(ξ)·estimate; SI units. Without a reference its last six rows and columns mean nothing (unit matrix).
+struct TripleRecord {
+    static constexpr std::size_t kRayParameters = 18;
+    static constexpr std::size_t kParameters = 24;
+    std::array<TripleRay, 3> rays;
+    std::array<double, 2> range{};  ///< least and most reading that is taken, metres
+    std::optional<TripleReference> reference;
+    Covariance<kParameters> covariance;
+    Provenance provenance;
+    bool operator==(const TripleRecord&) const = default;
+};
+
 struct CalibrationSet {
     std::filesystem::path file;  ///< where it was read
     std::string id;
@@ -162,6 +193,7 @@ struct CalibrationSet {
     std::optional<BeamRecord> beam;
     std::optional<SensorRay> y_sensor;
     std::vector<SensorRay> triple_head;  ///< none or three
+    std::optional<TripleRecord> triple;  ///< of the measuring head, in its own frame
 
     /// Record by id, nullptr if it is not there.
     [[nodiscard]] const TransformRecord* find(std::string_view transform_id) const noexcept;

@@ -101,4 +101,10 @@ void write_covariance(TomlWriter& out, const Covariance<N>& covariance, std::str
 [[nodiscard]] std::string hash_without_hash_line(std::string_view text);
 [[nodiscard]] CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_view text);
 
+/// calibration_triple.cpp.
+[[nodiscard]] Provenance read_provenance(TomlReader& table);
+void write_provenance(TomlWriter& out, const Provenance& provenance);
+[[nodiscard]] TripleRecord read_triple(TomlReader& table);
+void write_triple(TomlWriter& out, const TripleRecord& record);
+
 }  // namespace sc::host

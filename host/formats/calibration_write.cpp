@@ -6,13 +6,6 @@ namespace sc::host {
 
 namespace {
 
-void write_provenance(TomlWriter& out, const Provenance& provenance) {
-    out.texts("parents", provenance.parents);
-    out.number("residual_rms_um", provenance.residual_rms, 1e6);
-    out.text("time", provenance.time);
-    out.text_unless_empty("note", provenance.note);
-}
-
 void write_transform(TomlWriter& out, const TransformRecord& record) {
     out.item("transform");
     out.text("id", record.id);
@@ -196,6 +189,9 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     for (const SensorRay& ray : set.triple_head) {
         out.item("triple_head");
         write_ray(out, ray);
+    }
+    if (set.triple) {
+        write_triple(out, *set.triple);
     }
 }
 

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+#include "host/vision/circle_fit.hpp"
+
+/// The light of a spot as a surface. For the sources of this folder.
+
+namespace sc::host {
+
+struct SurfaceFit {
+    double x = 0.0;
+    double y = 0.0;
+    double misfit = 0.0;  ///< rms of the light off the surface, over the light, where the spot is bright
+};
+
+/// An elliptic Gaussian over a tilted background, by weighted least squares from the start circle (half height). Light
+/// on a rough surface scatters in proportion to itself (speckle), so dim flanks tell the centre as well as bright
+/// ones: each pixel counts by 1/((0.05·height)² + (0.2·light)²), which no outline at a few heights can match. Pixels of
+/// `saturated` (CV_8U, not 0) do not count. nullopt where it does not settle within half a radius of the start.
+[[nodiscard]] std::optional<SurfaceFit> fit_surface(const cv::Mat& light, const cv::Mat& saturated, const Circle& start,
+                                                    double height);
+
+}  // namespace sc::host

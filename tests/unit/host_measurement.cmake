@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: Apache-2.0
+set(dir ${CMAKE_CURRENT_LIST_DIR}/host)
+sc_test(host_measurement_test LABEL unit TIMEOUT 120
+  SOURCES ${dir}/measurement/station_test.cpp ${dir}/measurement/robot_frames_test.cpp
+  DEPS host_measurement)
+sc_test(host_vision_test LABEL unit TIMEOUT 120
+  SOURCES ${dir}/vision/spot_test.cpp
+  DEPS host_vision)
