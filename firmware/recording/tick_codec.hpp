@@ -15,9 +15,10 @@
 namespace sc::recording {
 
 /// Most bytes that one tick can take.
-inline constexpr std::size_t kTickCapacity = 1 + 8 + 5 + 2 + kLinkBytesPerTick + 1 + 3 +
-                                             kDriveFramesPerTick * (4 + 1 + kDriveFrameBytes) + 1 +
-                                             kSourceBytesPerTick + kEncoderBytes + 1 + 8 + 4 + 1 + kOutputParts;
+inline constexpr std::size_t kTickCapacity =
+    2 + 8 + 5 + 2 + kLinkBytesPerTick + 1 + 3 + kDriveFramesPerTick * (4 + 1 + kDriveFrameBytes) + 1 +
+    kSourceBytesPerTick + kEncoderBytes + kSensorBuses * (1 + kSensorBytesPerTick * (1 + 1 + 3)) + 1 + 8 + 4 + 1 +
+    kOutputParts;
 
 /// What both ends remember from tick to tick. Fresh at the start of each chunk.
 struct TickMemory {

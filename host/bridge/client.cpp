@@ -293,6 +293,10 @@ void CellClient::set_power_curve(const PowerCurve& curve) {
 }
 
 void CellClient::set_galvo_lag(const GalvoLag& lag) {
+    if (minor() < link::SetGalvoLag::kSince && lag.empty()) {
+        return;
+    }
+    require(link::SetGalvoLag::kSince, "be told how its mirrors follow");
     link::SetGalvoLag message;
     message.latency_ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>(lag.latency_ns, 0, 0xFFFF'FFFF));
     message.natural_frequency_hz = lag.natural_frequency.si();
@@ -339,11 +343,16 @@ void CellClient::set_map(const AxisMap& map) {
     }
 }
 
-void CellClient::resume_job(link::JobResume resume) {
-    if (minor() < link::JobResume::kSince) {
-        throw CellRefused("the controller speaks version 1.0 of the link, which cannot begin a job in its midst",
-                          Refusal::unknown_command, 0);
+void CellClient::require(std::uint8_t since, const std::string& what) const {
+    if (minor() < since) {
+        throw CellRefused(
+            "the controller speaks version 1." + std::to_string(minor()) + " of the link, which cannot " + what,
+            Refusal::unknown_command, 0);
     }
+}
+
+void CellClient::resume_job(link::JobResume resume) {
+    require(link::JobResume::kSince, "begin a job in its midst");
     const auto send = [&](std::uint32_t sequence) {
         resume.sequence = sequence;
         wire_.send(resume);

@@ -41,7 +41,8 @@ public:
     void connect();
     /// The machine as the controller has it. Throws LinkError when it cannot be had whole with the right checksum.
     [[nodiscard]] MachineConfig read_config();
-    /// The following throw CellRefused with the controller's reason, LinkError without an answer.
+    /// The following throw CellRefused with the controller's reason, LinkError without an answer. What minor version 0
+    /// has no message for is refused here (unknown_command), unless it takes away what is not there.
     void set_compensation(const Compensation& compensation);
     /// An empty field takes the one in force away.
     void set_galvo_field(const GalvoField& field);
@@ -120,6 +121,8 @@ private:
     void take(const link::StreamMissing& message) { missing_ = message; }
     void say_hello();
     void take(const link::SensorReport& message);
+    /// Throws CellRefused with unknown_command when the controller speaks an older minor version than `since`.
+    void require(std::uint8_t since, const std::string& what) const;
     void shake_hands();
     void check_handshake() const;
     void keep_alive();

@@ -34,6 +34,10 @@ std::string describe_seating(Refusal refusal, std::int64_t detail) {
 }
 
 void CellClient::set_surface(const link::SetSurface& surface) {
+    if (minor() < link::SetSurface::kSince && surface.mode == 0) {
+        return;
+    }
+    require(link::SetSurface::kSince, "use its Y sensor");
     link::SetSurface message = surface;
     const auto send = [&](std::uint32_t sequence) {
         message.sequence = sequence;
@@ -43,6 +47,7 @@ void CellClient::set_surface(const link::SetSurface& surface) {
 }
 
 void CellClient::check_seating(const link::CheckSeating& seating) {
+    require(link::CheckSeating::kSince, "check the workpiece's seat");
     link::CheckSeating message = seating;
     const auto send = [&](std::uint32_t sequence) {
         message.sequence = sequence;
@@ -67,6 +72,7 @@ void CellClient::check_seating(const link::CheckSeating& seating) {
 }
 
 link::SensorReport CellClient::read_sensors() {
+    require(link::SensorsRequest::kSince, "tell what its sensors say");
     sensors_.reset();
     if (!repeat_until([this] { wire_.send(link::SensorsRequest{}); }, [this] { return sensors_.has_value(); })) {
         throw LinkError("the cell does not tell what its sensors say");
