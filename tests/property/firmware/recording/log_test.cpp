@@ -64,6 +64,19 @@ private:
                 counts = static_cast<std::int64_t>(random_());
             }
         }
+        for (std::vector<SensorByte>& bus : t.sensors) {
+            if (below(busy_) == 0) {
+                bus.resize(below(kSensorBytesPerTick + 1));
+                const bool flags = below(3) == 0;
+                std::ranges::generate(bus, [this, flags] {
+                    SensorByte heard;
+                    heard.data = byte();
+                    heard.flags = flags ? byte() : std::uint8_t{0};
+                    heard.age_us = static_cast<std::uint16_t>(random_());
+                    return heard;
+                });
+            }
+        }
         t.galvo_status = static_cast<std::uint16_t>(below(5) == 0 ? random_() : kGalvoStatusOk);
         t.guard_causes = below(5) == 0 ? byte() : std::uint8_t{0};
         t.digest.crc = static_cast<std::uint32_t>(random_());

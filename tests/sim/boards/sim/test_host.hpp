@@ -141,6 +141,7 @@ private:
     void take(const link::ConfigChunk&) {}
     void take(const link::Position&) {}
     void take(const link::StreamMissing&) {}
+    void take(const link::SensorReport&) {}
 
     SimCell* cell_;
     std::uint16_t counter_ = 0;

@@ -54,6 +54,7 @@ public:
         chunks.clear();
         positions.clear();
         missing.clear();
+        sensors.clear();
         order.clear();
     }
 
@@ -65,6 +66,7 @@ public:
     std::vector<ConfigChunk> chunks;
     std::vector<Position> positions;
     std::vector<StreamMissing> missing;
+    std::vector<SensorReport> sensors;
     std::vector<std::uint8_t> order;
     std::vector<std::uint16_t> counters;
     int malformed = 0;
@@ -72,6 +74,7 @@ public:
     [[nodiscard]] std::uint32_t frames_bad() const { return receiver_.frames_bad(); }
 
 private:
+    void keep(const SensorReport& m) { sensors.push_back(m); }
     void keep(const HelloReply& m) { hellos.push_back(m); }
     void keep(const CommandReply& m) { replies.push_back(m); }
     void keep(const StreamAck& m) { acks.push_back(m); }

@@ -2,6 +2,7 @@
 #include "firmware/recording/io_image.hpp"
 
 #include <algorithm>
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct Fed {
     std::vector<std::uint8_t> link;
     std::vector<DriveFrame> drives;
     std::vector<std::uint8_t> source;
+    std::array<std::vector<SensorByte>, kSensorBuses> sensors;
     ServoInputs inputs;
 
     Fed(std::size_t bytes, std::size_t frames) {
@@ -42,6 +44,13 @@ struct Fed {
         }
         inputs.source_rx = source;
         inputs.encoders = {true, 20'000, {INT64_MIN, -1, 0, INT64_MAX}};
+        for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+            for (std::size_t i = 0; i < kSensorBytesPerTick; ++i) {
+                sensors[bus].push_back({static_cast<std::uint8_t>(i * 3 + bus), static_cast<std::uint8_t>(i % 8),
+                                        static_cast<std::uint16_t>(990 - i * 31)});
+            }
+            inputs.sensor_rx[bus] = sensors[bus];
+        }
     }
 };
 
@@ -71,6 +80,11 @@ std::unique_ptr<ServoOutputs> full_outputs(bool moving) {
     }
     out->source_tx_size = out->source_tx.size();
     std::ranges::fill(out->source_tx, std::uint8_t{0x5A});
+    for (SensorTransmission& sent : out->sensor_tx) {
+        std::ranges::fill(sent.bytes, static_cast<std::uint8_t>(0x11 + n));
+        sent.size = kSensorTransmissionBytes;
+        sent.delay_ns = 999'999;
+    }
     out->digital = {true, false, true, false, true, true};
     out->clear_power = true;
     out->laser[175].latch_ns = 6'250;
@@ -96,6 +110,9 @@ TEST(IoImage, InputsComeBackAsTheyWere) {
         EXPECT_TRUE(std::ranges::equal(back.inputs.drive_rx, fed.inputs.drive_rx));
         EXPECT_TRUE(std::ranges::equal(back.inputs.source_rx, fed.inputs.source_rx));
         EXPECT_EQ(back.inputs.encoders, fed.inputs.encoders);
+        for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+            EXPECT_TRUE(std::ranges::equal(back.inputs.sensor_rx[bus], fed.inputs.sensor_rx[bus]));
+        }
     }
 }
 
@@ -108,6 +125,12 @@ TEST(IoImage, TheLargestInputsFillTheCapacityAndLargerAreRefused) {
     const std::vector<std::uint8_t> many(kSourceBytesPerTick + 1);
     talkative.source_rx = many;
     EXPECT_EQ(pack(talkative, bytes), 0U);
+    for (std::size_t bus = 0; bus < kSensorBuses; ++bus) {
+        ServoInputs babbling;
+        const std::vector<SensorByte> more(kSensorBytesPerTick + 1);
+        babbling.sensor_rx[bus] = more;
+        EXPECT_EQ(pack(babbling, bytes), 0U);
+    }
     bytes.pop_back();
     EXPECT_EQ(pack(Fed(kLinkBytesPerTick, kDriveFramesPerTick).inputs, bytes), 0U);
 }
@@ -138,6 +161,7 @@ TEST(IoImage, OutputsComeBackAsTheyWere) {
         EXPECT_TRUE(back->clear_power);
         EXPECT_EQ(back->laser[175].latch_ns, outputs->laser[175].latch_ns);
         EXPECT_EQ(back->source_tx, outputs->source_tx);
+        EXPECT_EQ(back->sensor_tx, outputs->sensor_tx);
     }
 }
 

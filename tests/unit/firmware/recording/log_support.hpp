@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <random>
@@ -23,10 +24,11 @@ struct FedTick {
     std::uint8_t guard_causes = 0;
     std::vector<std::uint8_t> source{};
     EncoderInputs encoders{};
+    std::array<std::vector<SensorByte>, kSensorBuses> sensors{};
     OutputsDigest digest;
 
     [[nodiscard]] ServoInputs inputs() const {
-        return {tick, link, drives, digital, galvo_status, guard_causes, source, encoders};
+        return {tick, link, drives, digital, galvo_status, guard_causes, source, encoders, {sensors[0], sensors[1]}};
     }
     bool operator==(const FedTick&) const = default;
 };
@@ -41,6 +43,8 @@ inline FedTick fed(const LoggedTick& logged) {
             in.guard_causes,
             {in.source_rx.begin(), in.source_rx.end()},
             in.encoders,
+            {std::vector(in.sensor_rx[0].begin(), in.sensor_rx[0].end()),
+             std::vector(in.sensor_rx[1].begin(), in.sensor_rx[1].end())},
             logged.digest};
 }
 
@@ -74,6 +78,12 @@ inline std::vector<FedTick> plain_ticks(std::size_t count) {
         }
         if (i % 70 == 13) {
             t.encoders = {true, 20'000, {static_cast<std::int64_t>(i), -5, 0, 1}};
+        }
+        if (i % 70 == 13 || i % 9 == 4) {
+            t.sensors[i % 2] = {{0x01, 0, 900}, {static_cast<std::uint8_t>(i), 0, 500}};
+        }
+        if (i % 35 == 13) {
+            t.sensors[1] = {{0xFF, 4, 999}, {0x04, 0, 992}, {0x02, 1, 0}};
         }
         t.digital.source_status = static_cast<std::uint8_t>(i % 300 == 0 ? 4 : 7);
         t.digital.interlock_closed = i < count / 2;

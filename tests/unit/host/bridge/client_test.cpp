@@ -182,6 +182,42 @@ TEST(CellClient, SendsTheGalvoFieldInOrderAndEndsIt) {
     EXPECT_EQ(cell.galvo_lag.damping, 0.71);
 }
 
+TEST(CellClient, AsksTheSensorsAndSaysWhyASeatIsRefused) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    client.set_surface({.mode = 2, .zero = 0.12, .window = 1e-3, .bound = 5e-4});
+    EXPECT_EQ(cell.surface.mode, 2);
+    EXPECT_EQ(cell.surface.zero, 0.12);
+    cell.sensors.value = {7, 8, 9, -10};
+    EXPECT_EQ(client.read_sensors().value, cell.sensors.value);
+    client.check_seating({.expected = {1, 2, 3}, .tolerance = 4, .samples = 2});
+    EXPECT_EQ(cell.seating.expected[2], 3);
+    cell.seating_answer = {.refusal = static_cast<std::uint16_t>(Refusal::seating_off), .detail = 84'000};
+    try {
+        client.check_seating({.expected = {1, 2, 3}, .tolerance = 4, .samples = 2});
+        ADD_FAILURE() << "nothing was thrown";
+    } catch (const CellRefused& refused) {
+        EXPECT_EQ(refused.refusal, Refusal::seating_off);
+        EXPECT_NE(std::string(refused.what()).find("+0.840 mm"), std::string::npos) << refused.what();
+    }
+}
+
+TEST(CellClient, RefusesWhatVersion10OfTheLinkLacks) {
+    FakeCell cell;
+    cell.minor = 0;
+    cell.schema = link::kSchemaHashes[0];
+    CellClient client(cell, options());
+    client.connect();
+    client.set_galvo_lag({});
+    client.set_surface({});
+    EXPECT_THROW(client.set_galvo_lag({163'500, Frequency::from_si(1812.5), 0.71}), CellRefused);
+    EXPECT_THROW(client.set_surface({.mode = 1}), CellRefused);
+    EXPECT_THROW(client.check_seating({}), CellRefused);
+    EXPECT_THROW((void)client.read_sensors(), CellRefused);
+    EXPECT_EQ(cell.surface.mode, 0);
+}
+
 TEST(CellClient, TellsEachChangeOfStateOnce) {
     FakeCell cell;
     CellClient client(cell, options());

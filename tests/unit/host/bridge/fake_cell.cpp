@@ -214,6 +214,7 @@ Refusal FakeCell::carry_out(const link::Command& command) {
         case link::Verb::reset_fault: state = State::disabled; break;
         case link::Verb::set_override: override_percent = command.arg0; break;
         case link::Verb::jog:
+        case link::Verb::lasers_in_turn:
         case link::Verb::set_pulse_width:
         case link::Verb::stop: break;
     }
@@ -300,6 +301,20 @@ void FakeCell::take(const link::SetGalvoLag& m) {
     galvo_lag = m;
     answer(m.sequence, Refusal::none);
 }
+
+void FakeCell::take(const link::SetSurface& m) {
+    surface = m;
+    answer(m.sequence, Refusal::none);
+}
+
+void FakeCell::take(const link::CheckSeating& m) {
+    seating = m;
+    last_reply_ = seating_answer;
+    last_reply_->sequence = m.sequence;
+    say(*last_reply_);
+}
+
+void FakeCell::take(const link::SensorsRequest& /*m*/) { say(sensors); }
 
 void FakeCell::take(const link::ConfigRequest& m) {
     const auto bytes = config_bytes(machine);

@@ -71,6 +71,10 @@ public:
     bool galvo_field_ended = false;   ///< and the message that ends them
     link::SetPowerCurve power_curve;
     link::SetGalvoLag galvo_lag;
+    link::SetSurface surface;
+    link::CheckSeating seating;
+    link::CommandReply seating_answer;  ///< its refusal and detail
+    link::SensorReport sensors;
     bool burns_in_preview = false;
     std::int32_t override_percent = 100;
     std::vector<std::uint8_t> map;  ///< pieces so far
@@ -110,6 +114,9 @@ private:
     void take(const link::SetGalvoField& m);
     void take(const link::SetPowerCurve& m);
     void take(const link::SetGalvoLag& m);
+    void take(const link::SetSurface& m);
+    void take(const link::CheckSeating& m);
+    void take(const link::SensorsRequest& m);
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);
