@@ -50,6 +50,7 @@ Refusal CellEnd::decide(link::Verb verb) {
         case link::Verb::stop:
         case link::Verb::set_override:
         case link::Verb::preview:
+        case link::Verb::lasers_in_turn:
         case link::Verb::set_pulse_width: return Refusal::wrong_state;
     }
     return Refusal::unknown_command;
