@@ -84,17 +84,27 @@ void take_stage(laser::FramePolynomial<kDegree>& place, const FrameLaw& law, std
     place[3] -= s[3];
 }
 
-/// Words for places (x, z, depth), and the places asked for, by the number of the frame.
+/// A place over the frames, and the place that the mirrors are sent to for it.
+template <std::size_t kDegree>
+struct FramePlaces {
+    laser::FramePolynomial<kDegree> x;
+    laser::FramePolynomial<kDegree> z;
+    laser::FramePolynomial<kDegree> x_led;
+    laser::FramePolynomial<kDegree> z_led;
+    laser::FramePolynomial<kDegree> depth;
+};
+
+/// Words for places and the places asked for, by the number of the frame. Called, not inlined: one for all whose frames
+/// are of this degree.
 template <GalvoWord kWord, std::size_t kDegree>
-[[gnu::always_inline]] inline void fill_frames(const laser::FieldPatch& patch,
-                                               const std::array<laser::FramePolynomial<kDegree>, 3>& led,
-                                               std::array<laser::FramePolynomial<kDegree>, 2> place,
-                                               std::span<GalvoFrame> frames) noexcept {
+[[gnu::noinline]] void fill_frames(const laser::FieldPatch& patch, const FramePlaces<kDegree>& at,
+                                   std::span<GalvoFrame> frames) noexcept {
+    using Polynomial = laser::FramePolynomial<kDegree>;
     const auto counts = [&](std::size_t mirror) noexcept {
         const std::array<double, 3>& m = patch.m[mirror];
-        laser::FramePolynomial<kDegree> sum;
+        Polynomial sum;
         for (std::size_t n = 0; n <= kDegree; ++n) {
-            sum[n] = m[0] * led[0][n] + m[1] * led[1][n] + m[2] * led[2][n];
+            sum[n] = m[0] * at.x_led[n] + m[1] * at.z_led[n] + m[2] * at.depth[n];
         }
         sum[0] += patch.offset[mirror];
         return sum;
@@ -111,12 +121,15 @@ template <GalvoWord kWord, std::size_t kDegree>
         count_x.next();
         count_z.next();
     }
-    for (std::size_t n = 0; n <= kDegree; ++n) {
-        place[0][n] *= kPmPerMetre;
-        place[1][n] *= kPmPerMetre;
-    }
-    laser::FrameValues<kDegree> x(place[0]);
-    laser::FrameValues<kDegree> z(place[1]);
+    const auto picometres = [](const Polynomial& place) noexcept {
+        Polynomial scaled;
+        for (std::size_t n = 0; n <= kDegree; ++n) {
+            scaled[n] = place[n] * kPmPerMetre;
+        }
+        return scaled;
+    };
+    laser::FrameValues<kDegree> x(picometres(at.x));
+    laser::FrameValues<kDegree> z(picometres(at.z));
     for (GalvoFrame& frame : frames) {
         frame.x_pm = nearest_within(x.value());
         frame.z_pm = nearest_within(z.value());
@@ -142,21 +155,21 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
         }
         return place;
     };
-    const Polynomial place_x = place_of(kX);
-    const Polynomial place_z = place_of(kZ);
-    const Polynomial x_led = laser::led<kDegree>(place_x, law.per_step, law.per_step2);
-    const Polynomial z_led = laser::led<kDegree>(place_z, law.per_step, law.per_step2);
-    Polynomial depth{};
+    FramePlaces<kDegree> at;
+    at.x = place_of(kX);
+    at.z = place_of(kZ);
+    at.x_led = laser::led<kDegree>(at.x, law.per_step, law.per_step2);
+    at.z_led = laser::led<kDegree>(at.z, law.per_step, law.per_step2);
     if (is_level(segment.piece->axis[kY]) && (!kMoving || law.level())) {
-        depth[0] = segment.piece->axis[kY][0] - (kMoving ? (*law.stage)[kY][0] : law.anchor[kY]);
+        at.depth = {segment.piece->axis[kY][0] - (kMoving ? (*law.stage)[kY][0] : law.anchor[kY])};
     } else {
-        depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
+        at.depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
     }
     if (middle >= 0.0) {
-        law.patch = law.map.patch(laser::value<kDegree>(x_led, middle), laser::value<kDegree>(z_led, middle),
-                                  laser::value<kDegree>(depth, middle));
+        law.patch = law.map.patch(laser::value<kDegree>(at.x_led, middle), laser::value<kDegree>(at.z_led, middle),
+                                  laser::value<kDegree>(at.depth, middle));
     }
-    fill_frames<kWord, kDegree>(law.patch, {x_led, z_led, depth}, {place_x, place_z}, frames);
+    fill_frames<kWord, kDegree>(law.patch, at, frames);
 }
 
 }  // namespace
@@ -181,9 +194,9 @@ bool JobRunner::follow_axes(ServoOutputs& out) noexcept {
     const laser::FieldPatch patch = field_patch({x[0], field_depth_, z[0], 0.0});
     const std::span<GalvoFrame> frames(out.galvo);
     if (machine_.galvo.word == GalvoWord::bits18) {
-        fill_frames<GalvoWord::bits18, 3>(patch, {x, z, depth}, {x, z}, frames);
+        fill_frames<GalvoWord::bits18, 3>(patch, {x, z, x, z, depth}, frames);
     } else {
-        fill_frames<GalvoWord::bits16, 3>(patch, {x, z, depth}, {x, z}, frames);
+        fill_frames<GalvoWord::bits16, 3>(patch, {x, z, x, z, depth}, frames);
     }
     return true;
 }

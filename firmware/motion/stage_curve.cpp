@@ -113,6 +113,16 @@ double StageFollower::push(std::int64_t distance_pm) noexcept {
     return (exact_double(whole) + exact_double(rest) * (1.0 / static_cast<double>(kWeight))) * 1e-12;
 }
 
+void StageHistory::push(const StageCurve::Point& place) noexcept {
+    at_ = (at_ + 1) % kTicks;
+    places_[at_] = place;
+    StageCurve::Point& control = controls_[(at_ + kTicks - 1) % kTicks];
+    for (std::size_t i = 0; i < place.size(); ++i) {
+        const double p = past(i, 1);
+        control[i] = p - ((past(i, 2) - p) + (past(i, 0) - p)) * (1.0 / 6.0);
+    }
+}
+
 double StageHistory::next_begins(double late) noexcept {
     const auto whole = static_cast<std::uint32_t>(late);
     const double part = late - static_cast<double>(whole);
@@ -124,14 +134,10 @@ StageHistory::Cubic StageHistory::law(std::size_t axis, double late, bool next) 
     const auto whole = static_cast<std::uint32_t>(late);
     const std::uint32_t back = (static_cast<double>(whole) < late ? whole + 1 : whole) - (next ? 1U : 0U);
     const double x0 = static_cast<double>(back) - late;
-    const auto control = [&](std::uint32_t ago) noexcept {
-        const double p = past(axis, ago);
-        return p - ((past(axis, ago + 1) - p) + (past(axis, ago - 1) - p)) * (1.0 / 6.0);
-    };
-    const double c1 = control(back);
-    const double d0 = control(back + 1) - c1;
-    const double d2 = control(back - 1) - c1;
-    const double d3 = control(back - 2) - c1;
+    const double c1 = control(axis, back);
+    const double d0 = control(axis, back + 1) - c1;
+    const double d2 = control(axis, back - 1) - c1;
+    const double d3 = control(axis, back - 2) - c1;
     const Cubic k{c1 + (d0 + d2) * (1.0 / 6.0), (d2 - d0) * 0.5, (d0 + d2) * 0.5, (d3 - d0 - 3.0 * d2) * (1.0 / 6.0)};
     return {k[0] + x0 * (k[1] + x0 * (k[2] + x0 * k[3])), k[1] + x0 * (2.0 * k[2] + 3.0 * x0 * k[3]),
             k[2] + 3.0 * x0 * k[3], k[3]};

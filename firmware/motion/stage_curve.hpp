@@ -102,11 +102,8 @@ public:
     using Cubic = std::array<double, 4>;
 
     /// The stage stands at `place`.
-    void fill(const StageCurve::Point& place) noexcept { places_.fill(place); }
-    void push(const StageCurve::Point& place) noexcept {
-        at_ = (at_ + 1) % kTicks;
-        places_[at_] = place;
-    }
+    void fill(const StageCurve::Point& place) noexcept { places_.fill(place), controls_.fill(place); }
+    void push(const StageCurve::Point& place) noexcept;
     /// Ticks by which a law may be read late.
     [[nodiscard]] static constexpr bool readable(double late) noexcept {
         return late >= 3.0 && late <= static_cast<double>(kTicks) - 4.0;
@@ -123,7 +120,12 @@ private:
     [[nodiscard]] double past(std::size_t axis, std::uint32_t ago) const noexcept {
         return places_[(at_ + kTicks - ago) % kTicks][axis];
     }
+    /// Control points of the spline through the set-points, known one tick late.
+    [[nodiscard]] double control(std::size_t axis, std::uint32_t ago) const noexcept {
+        return controls_[(at_ + kTicks - ago) % kTicks][axis];
+    }
     std::array<StageCurve::Point, kTicks> places_{};
+    std::array<StageCurve::Point, kTicks> controls_{};
     std::uint32_t at_ = 0;
 };
 

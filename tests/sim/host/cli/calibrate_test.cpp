@@ -16,7 +16,7 @@ TEST(BenchLaser, FieldAndPulsesMeetWhatIsAskedAndEachPartEarnsIt) {
     Program bench("scribecell", {"bench", "laser", "--json"});
     EXPECT_EQ(bench.wait(), 0) << bench.out() << bench.err();
     const json object = json::parse(bench.out());
-    ASSERT_EQ(object.at("figures").size(), 29U);
+    ASSERT_EQ(object.at("figures").size(), 37U);
     std::map<std::string, double> value;
     for (const json& figure : object.at("figures")) {
         EXPECT_TRUE(figure.at("met").get<bool>()) << figure.dump();

@@ -169,7 +169,7 @@ TEST(BlockReader, RefusesMalformedSegments) {
     EXPECT_FALSE(sc::block_is_sound(Buffer{0}, 1));
     EXPECT_FALSE(sc::block_is_sound(Buffer{7}, 1));
     Buffer begin = encode({some_begin()});
-    begin[5] = 2;
+    begin[5] = 3;
     EXPECT_FALSE(sc::block_is_sound(begin, 1)) << "an unknown actuator";
 }
 
