@@ -64,6 +64,10 @@ void JobRunner::set_compensation(const Compensation& compensation) noexcept {
 void JobRunner::set_galvo_lag(const GalvoLag& lag) noexcept {
     lead_ = galvo_lead(with_lag(machine_.galvo, lag), machine_.galvo_period_ns);
     mirror_lag_ns_ = lag.latency_ns - rounded(lead_.per_velocity * 1e9);
+    for (const std::size_t axis : {kX, kY, kZ}) {
+        stage_late_[axis] =
+            exact_double(machine_.axis[axis].latency_ns - mirror_lag_ns_) / exact_double(machine_.control_period_ns);
+    }
     follower_.set_mirror_latency(lag.latency_ns);
 }
 

@@ -183,9 +183,7 @@ private:
         return {point[kX], point[kY], point[kZ], place_[kC]};
     }
     /// Ticks by which the stage is behind its set-points when the mirrors are where their frames say.
-    [[nodiscard]] double stage_late(std::size_t axis) const noexcept {
-        return exact_double(machine_.axis[axis].latency_ns - mirror_lag_ns_) / exact_double(machine_.control_period_ns);
-    }
+    [[nodiscard]] double stage_late(std::size_t axis) const noexcept { return stage_late_[axis]; }
     void place_pulses(std::int64_t t_ns, bool may_mark, ServoOutputs& out) noexcept;
     void trace_line(double t) noexcept;
     /// Distance along the path of what is to be done next.
@@ -214,6 +212,7 @@ private:
     laser::FieldMap field_;
     GalvoLead lead_;
     std::int64_t mirror_lag_ns_ = 0;  ///< of the mirrors behind their frames, less what the lead makes up for
+    std::array<double, 3> stage_late_{};
     motion::StageCurve stage_;
     motion::StageFollower stage_follower_;
     motion::StageHistory history_;

@@ -155,21 +155,53 @@ void put_frames(FrameLaw& law, const motion::Segment& segment, double t, double 
         }
         return place;
     };
-    FramePlaces<kDegree> at;
-    at.x = place_of(kX);
-    at.z = place_of(kZ);
-    at.x_led = laser::led<kDegree>(at.x, law.per_step, law.per_step2);
-    at.z_led = laser::led<kDegree>(at.z, law.per_step, law.per_step2);
+    Polynomial place_x = place_of(kX);
+    Polynomial place_z = place_of(kZ);
+    const Polynomial x_led = laser::led<kDegree>(place_x, law.per_step, law.per_step2);
+    const Polynomial z_led = laser::led<kDegree>(place_z, law.per_step, law.per_step2);
+    Polynomial depth{};
     if (is_level(segment.piece->axis[kY]) && (!kMoving || law.level())) {
-        at.depth = {segment.piece->axis[kY][0] - (kMoving ? (*law.stage)[kY][0] : law.anchor[kY])};
+        depth[0] = segment.piece->axis[kY][0] - (kMoving ? (*law.stage)[kY][0] : law.anchor[kY]);
     } else {
-        at.depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
+        depth = laser::led<kDegree>(place_of(kY), law.per_step, law.per_step2);
     }
     if (middle >= 0.0) {
-        law.patch = law.map.patch(laser::value<kDegree>(at.x_led, middle), laser::value<kDegree>(at.z_led, middle),
-                                  laser::value<kDegree>(at.depth, middle));
+        law.patch = law.map.patch(laser::value<kDegree>(x_led, middle), laser::value<kDegree>(z_led, middle),
+                                  laser::value<kDegree>(depth, middle));
     }
-    fill_frames<kWord, kDegree>(law.patch, at, frames);
+    const auto counts = [&](std::size_t mirror) noexcept {
+        const std::array<double, 3>& m = law.patch.m[mirror];
+        Polynomial sum;
+        for (std::size_t n = 0; n <= kDegree; ++n) {
+            sum[n] = m[0] * x_led[n] + m[1] * z_led[n] + m[2] * depth[n];
+        }
+        sum[0] += law.patch.offset[mirror];
+        return sum;
+    };
+    // Two loops: the differences of two polynomials are what a core's registers hold.
+    laser::FrameValues<kDegree> count_x(counts(0));
+    laser::FrameValues<kDegree> count_z(counts(1));
+    const laser::WordFormat format = law.patch.format;
+    for (GalvoFrame& frame : frames) {
+        const auto words =
+            format.clamped_words<kWord>(nearest32_within(count_x.value()), nearest32_within(count_z.value()));
+        frame.word_x = words[0];
+        frame.word_z = words[1];
+        count_x.next();
+        count_z.next();
+    }
+    for (std::size_t n = 0; n <= kDegree; ++n) {
+        place_x[n] *= kPmPerMetre;
+        place_z[n] *= kPmPerMetre;
+    }
+    laser::FrameValues<kDegree> x(place_x);
+    laser::FrameValues<kDegree> z(place_z);
+    for (GalvoFrame& frame : frames) {
+        frame.x_pm = nearest_within(x.value());
+        frame.z_pm = nearest_within(z.value());
+        x.next();
+        z.next();
+    }
 }
 
 }  // namespace
@@ -252,16 +284,20 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
                  field_.flat(),
                  0.0};
     const double per_tick = exact_double(machine_.galvo_period_ns) / exact_double(machine_.control_period_ns);
+    const double per_tick2 = per_tick * per_tick;
+    const double per_tick3 = per_tick2 * per_tick;
+    std::array<double, 3> late{};
     const auto take_law = [&](bool next) noexcept {
         for (const std::size_t axis : {kX, kY, kZ}) {
-            const motion::StageHistory::Cubic x = history_.law(axis, stage_late(axis), next);
-            stage[axis] = {x[0], x[1] * per_tick, x[2] * per_tick * per_tick, x[3] * per_tick * per_tick * per_tick};
+            const motion::StageHistory::Cubic x = history_.law(axis, late[axis], next);
+            stage[axis] = {x[0], x[1] * per_tick, x[2] * per_tick2, x[3] * per_tick3};
         }
     };
     std::size_t stage_end = kGalvoFramesPerTick;
     if (split) {
+        late = {stage_late(kX), stage_late(kY), stage_late(kZ)};
         take_law(false);
-        const double frames = motion::StageHistory::next_begins(stage_late(kX)) / per_tick;
+        const double frames = motion::StageHistory::next_begins(late[kX]) / per_tick;
         const auto whole = static_cast<std::size_t>(clamped(frames, 0.0, static_cast<double>(kGalvoFramesPerTick)));
         stage_end = whole + kLateFrames < kGalvoFramesPerTick ? whole + 1 : kGalvoFramesPerTick;
     }

@@ -23,14 +23,10 @@ bool StageCurve::begin(double spacing) noexcept {
 }
 
 void StageCurve::push(const StageKnot& knot) noexcept {
-    knots_[end_ % kCapacity] = {knot.x, knot.y, knot.z};
+    knots_[end_ % kCapacity] = {static_cast<double>(knot.x) / kWireUnitsPerMetre,
+                                static_cast<double>(knot.y) / kWireUnitsPerMetre,
+                                static_cast<double>(knot.z) / kWireUnitsPerMetre};
     ++end_;
-}
-
-StageCurve::Point StageCurve::metres_of(std::uint32_t number) const noexcept {
-    const std::array<std::int32_t, 3>& knot = knots_[number % kCapacity];
-    return {static_cast<double>(knot[0]) / kWireUnitsPerMetre, static_cast<double>(knot[1]) / kWireUnitsPerMetre,
-            static_cast<double>(knot[2]) / kWireUnitsPerMetre};
 }
 
 StageCurve::Breach StageCurve::check(double speed, double tick, const trajectory::AxisLimits& limits) const noexcept {
@@ -82,11 +78,12 @@ StageCurve::Point StageCurve::at(double distance) const noexcept {
     const double w0 = y * y * y * sixth;
     const double w3 = x * x * x * sixth;
     const double w2 = 2.0 / 3.0 - y * y * (1.0 - 0.5 * y);
-    const std::array<Point, 4> c{metres_of(i), metres_of(i + 1), metres_of(i + 2), metres_of(i + 3)};
+    const std::array<const Point*, 4> c{&number(i), &number(i + 1), &number(i + 2), &number(i + 3)};
     Point place{};
     for (std::size_t k = 0; k < 3; ++k) {
+        const double middle = (*c[1])[k];
         // About the second one: a curve that stands is exactly there.
-        place[k] = c[1][k] + (w0 * (c[0][k] - c[1][k]) + (w2 * (c[2][k] - c[1][k]) + w3 * (c[3][k] - c[1][k])));
+        place[k] = middle + (w0 * ((*c[0])[k] - middle) + (w2 * ((*c[2])[k] - middle) + w3 * ((*c[3])[k] - middle)));
     }
     return place;
 }
@@ -106,11 +103,12 @@ double StageFollower::push(std::int64_t distance_pm) noexcept {
     second_sum_ += first_sum_ - mean_[at_];
     mean_[at_] = first_sum_;
     at_ = (at_ + 1) % kStageSmoothing;
-    constexpr std::int64_t kWeight = static_cast<std::int64_t>(kStageSmoothing) * kStageSmoothing;
-    // Below 2^51 it converts at once: whole picometres, and what is left of one.
-    const std::int64_t whole = second_sum_ / kWeight;
-    const std::int64_t rest = second_sum_ - whole * kWeight;
-    return (exact_double(whole) + exact_double(rest) * (1.0 / static_cast<double>(kWeight))) * 1e-12;
+    constexpr std::uint64_t kWeight = std::uint64_t{kStageSmoothing} * kStageSmoothing;
+    // Never negative. Below 2^51 it converts at once: whole picometres, and what is left of one.
+    const auto sum = static_cast<std::uint64_t>(second_sum_);
+    const auto whole = static_cast<std::int64_t>(sum / kWeight);
+    const auto rest = static_cast<std::uint32_t>(sum % kWeight);
+    return (exact_double(whole) + static_cast<double>(rest) * (1.0 / static_cast<double>(kWeight))) * 1e-12;
 }
 
 void StageHistory::push(const StageCurve::Point& place) noexcept {

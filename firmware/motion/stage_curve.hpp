@@ -56,7 +56,7 @@ public:
     /// operations.
     [[nodiscard]] Breach check(double speed, double tick, const trajectory::AxisLimits& limits) const noexcept;
     /// The newest control point but `ago`.
-    [[nodiscard]] Point knot(std::uint32_t ago = 0) const noexcept { return metres_of(end_ - 1 - ago); }
+    [[nodiscard]] Point knot(std::uint32_t ago = 0) const noexcept { return number(end_ - 1 - ago); }
     /// Control points up to this distance are there.
     [[nodiscard]] bool reaches(double distance) const noexcept;
     /// Place at a distance, held to what is known. At least four control points. Some 90 operations.
@@ -64,10 +64,10 @@ public:
     void forget_before(double distance) noexcept;
 
 private:
-    [[nodiscard]] Point metres_of(std::uint32_t number) const noexcept;
+    [[nodiscard]] const Point& number(std::uint32_t i) const noexcept { return knots_[i % kCapacity]; }
     [[nodiscard]] std::uint32_t interval(double distance) const noexcept;
 
-    std::array<std::array<std::int32_t, 3>, kCapacity> knots_{};
+    std::array<Point, kCapacity> knots_{};
     std::uint32_t first_ = 0;
     std::uint32_t end_ = 0;
     double spacing_ = 0.0;
