@@ -228,7 +228,7 @@ struct Outputs {
     Uncertainty uncertainty;
 };
 Outputs write_outputs(const Inspection& inspection, const DistanceField& field, std::span<const Vec3> scan,
-                      const Words& words) {
+                      const Words& words, const std::optional<MarkSettings>& settings) {
     Outputs out;
     std::optional<CalibrationSet> calibration;
     if (!words.calibration.empty()) {
@@ -258,9 +258,7 @@ Outputs write_outputs(const Inspection& inspection, const DistanceField& field, 
         if (!words.calibration.empty()) {
             out.files.calibration = words.calibration;
         }
-        if (!words.recipe.empty()) {
-            out.files.settings = settings_from(words.recipe, words.entry);
-        }
+        out.files.settings = settings;
         out.files.faces = angles(words.faces);
         out.files.incidence_deg = words.incidence_deg;
         out.lines = write_lines(inspection, scan, out.files);
@@ -287,6 +285,10 @@ int run(const Words& words) {
     const auto say = [&](const std::string& text) { printer.step(text); };
     const std::optional<Part> part = words.part.empty() ? std::nullopt : std::optional<Part>(read_part(words.part));
     InspectionRequest request = request_of(words, part);
+    std::optional<MarkSettings> settings;
+    if (!words.recipe.empty()) {
+        settings = settings_from(words.recipe, words.entry);
+    }
     say("reading " + words.cad);
     MeshFile cad = read_cad(words.cad, unit_of(words.cad_unit, "--cad-unit"));
     say("reading " + words.scan);
@@ -302,14 +304,14 @@ int run(const Words& words) {
             inspection.notes.push_back(std::to_string(scan.not_finite) +
                                        " points of the scan are NaN and were left out");
         }
-        print(inspection, words, write_outputs(inspection, field, scan.cloud.points, words));
+        print(inspection, words, write_outputs(inspection, field, scan.cloud.points, words, settings));
         const bool enough = inspection.after ? inspection.after->enough() : inspection.before.enough();
         return enough ? kDone : kFailed;
     } catch (const InspectionError& error) {
         throw InputError({.file = words.scan, .problem = error.what(), .value = {}, .action = {}});
     } catch (const InputError& error) {
         const bool features = error.problem().starts_with("feature") || error.problem().starts_with("the part");
-        throw InputError({.file = features ? words.part : words.cad,
+        throw InputError({.file = !error.file().empty() ? error.file() : (features ? words.part : words.cad),
                           .line = error.line(),
                           .problem = error.problem(),
                           .value = error.value(),
@@ -350,13 +352,16 @@ void add_inspect(CLI::App& app, int& exit_code) {
     sub->add_option("--lock", words->lock, "datum planes that stay where they are")->type_name("IDS");
     sub->add_option("--what-if", words->what_if, "allowance at this motion besides (mm, degrees)")
         ->type_name("X,Y,Z,...");
-    sub->add_option("--lines", words->lines,
-                    "folder for the datum lines on the blank: DXF, and with --calibration a job")
-        ->type_name("DIR");
-    sub->add_option("--calibration", words->calibration, "of the cell that burns them (h_from_c, turntable)")
-        ->type_name("FILE");
-    auto* recipe =
-        sub->add_option("--recipe", words->recipe, "laser recipe: how the lines are burnt")->type_name("FILE");
+    auto* lines = sub->add_option("--lines", words->lines,
+                                  "folder for the datum lines on the blank: DXF, and with --calibration a job")
+                      ->type_name("DIR");
+    auto* calibration =
+        sub->add_option("--calibration", words->calibration, "of the cell that burns them (h_from_c, turntable)")
+            ->type_name("FILE");
+    auto* recipe = sub->add_option("--recipe", words->recipe, "laser recipe: how the lines are burnt")
+                       ->type_name("FILE")
+                       ->needs(lines)
+                       ->needs(calibration);
     sub->add_option("--entry", words->entry, "of the recipe, if it has several")->type_name("ID")->needs(recipe);
     sub->add_option("--faces", words->faces, "turntable faces to burn from (default: 0,90,180,270)")
         ->type_name("DEG,...");

@@ -145,5 +145,26 @@ TEST(Inspect, ReadsStepOrNamesThePackage) {
     EXPECT_TRUE(read || run.err.find("libocct-data-exchange-dev") != std::string::npos) << run.err;
 }
 
+TEST(Inspect, LinesAreBurntAsARecipeSays) {
+    const fs::path folder = fresh_folder();
+    const std::string examples = std::string(SC_SOURCE_DIR) + "/examples/";
+    const auto with = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> words{
+            "--part",        examples + "casting/part.toml",       "--lines",  (folder / "lines").string(),
+            "--calibration", examples + "ras3dm/calibration.toml", "--recipe", examples + "casting/recipe.toml"};
+        words.insert(words.end(), more.begin(), more.end());
+        return inspect_casting(words);
+    };
+    EXPECT_LE(with({"--entry", "seen"}).exit_code, 1);
+    const std::string job = read_file(folder / "lines/job.toml");
+    EXPECT_NE(job.find("width_um = 160.0\nfill = \"hatch\"\nfill_step_um = 80.0"), std::string::npos) << job;
+    expect_refused(with({}), "recipe.toml: the recipe has several entries; name one of them with --entry: fine, seen");
+    expect_refused(with({"--entry", "deep"}), "recipe.toml: is not in the recipe: deep");
+    expect_refused(inspect_casting({"--part", examples + "casting/part.toml", "--lines", (folder / "lines").string(),
+                                    "--calibration", (folder / "none.toml").string()}),
+                   "none.toml");
+    fs::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace sc::test
