@@ -317,7 +317,7 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
         if (path_.actuator == Actuator::split) {
             stage_step(segment, t);
         }
-        galvo_path(t, out);
+        galvo_path(segment, t, out);
     } else {
         const motion::Place beam = segment.piece->place(segment.x(t));
         place_ = {beam[kX], beam[kY], beam[kZ], place_[kC]};

@@ -191,7 +191,7 @@ private:
     void finish_path() noexcept;
     /// The override in force on this path, as the pulses allow it.
     [[nodiscard]] double override_share() noexcept;
-    void galvo_path(double t, ServoOutputs& out) noexcept;
+    void galvo_path(motion::Segment segment, double t, ServoOutputs& out) noexcept;
     void galvo_jump(double t, ServoOutputs& out) noexcept;
     void galvo_still(ServoOutputs& out) noexcept;
     /// Frames that take up what the axes are off their path; false: the mirrors have nothing to take up.

@@ -9,25 +9,34 @@
 namespace sc {
 namespace {
 
-/// Frames that share one patch of the field correction: 0.25 mm either side at 2 m/s.
-constexpr std::size_t kPatchFrames = 25;
-constexpr std::size_t kMostPatchFrames = 32;
-constexpr std::size_t kFewestPatchFrames = 14;
+/// Frames that share one patch of the field correction. So many that the mirrors cover this range, which holds it
+/// within FieldMap::patch's 0.25 mm either side, and at an end near by 0.32 mm.
+constexpr double kPatchRange = 0.5e-3;
+constexpr double kJumpPatchFrames = 25.0;
+struct PatchFrames {
+    std::size_t usual;
+    std::size_t most;
+    std::size_t fewest;
+    explicit PatchFrames(double frames) noexcept
+        : usual(static_cast<std::size_t>(clamped(frames, kJumpPatchFrames, 64.0))),
+          most(usual + 9 * usual / 32),
+          fewest(usual / 2 + 2) {}
+    /// Of the patch that begins where the path's segment has `left` more. It ends where the segment does if that is
+    /// near, since each pair of both costs its polynomials.
+    [[nodiscard]] std::size_t before(std::size_t left) const noexcept {
+        if (left < fewest) {
+            return usual;
+        }
+        if (left <= most) {
+            return left;
+        }
+        return left < 2 * usual ? (left + 1) / 2 : usual;
+    }
+};
 
 /// Frames at a tick's end for which the stage's last piece may serve beyond its own end: within 0.1 nm at full jerk.
 constexpr std::size_t kLateFrames = 10;
 
-/// Frames of the patch that begins where the path's segment has `left` more. It ends where the segment does if that is
-/// near, since each pair of both costs its polynomials.
-constexpr std::size_t patch_frames(std::size_t left) noexcept {
-    if (left < kFewestPatchFrames) {
-        return kPatchFrames;
-    }
-    if (left <= kMostPatchFrames) {
-        return left;
-    }
-    return left < 2 * kPatchFrames ? (left + 1) / 2 : kPatchFrames;
-}
 constexpr std::size_t kX = index(Axis::x);
 constexpr std::size_t kY = index(Axis::y);
 constexpr std::size_t kZ = index(Axis::z);
@@ -248,10 +257,11 @@ void JobRunner::galvo_jump(double t, ServoOutputs& out) noexcept {
     const auto field_at = [&](std::size_t k) noexcept {
         return move_.at(t + exact_double(static_cast<std::int64_t>(k) * machine_.galvo_period_ns) * 1e-9);
     };
+    constexpr auto kPatch = static_cast<std::size_t>(kJumpPatchFrames);
     laser::FieldPatch patch;
     for (std::size_t k = 0; k < kGalvoFramesPerTick; ++k) {
-        if (k % kPatchFrames == 0) {
-            patch = field_patch(field_at(k + kPatchFrames / 2));
+        if (k % kPatch == 0) {
+            patch = field_patch(field_at(k + kPatch / 2));
         }
         const motion::Place field = field_at(k);
         put_frame(out.galvo[k], field[kX], field[kZ], patch.words({field[kX], field[kZ], field[kY]}));
@@ -261,7 +271,7 @@ void JobRunner::galvo_jump(double t, ServoOutputs& out) noexcept {
     }
 }
 
-void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
+void JobRunner::galvo_path(motion::Segment segment, double t, ServoOutputs& out) noexcept {
     const double period = exact_double(machine_.galvo_period_ns) * 1e-9;
     const bool wide = machine_.galvo.word == GalvoWord::bits18;
     const bool split = path_.actuator == Actuator::split;
@@ -302,6 +312,8 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
         stage_end = whole + kLateFrames < kGalvoFramesPerTick ? whole + 1 : kGalvoFramesPerTick;
     }
     motion::Cursor ahead = cursor_;
+    // A stage that goes against the mirrors adds a hundredth of a millimetre.
+    const PatchFrames patch_frames(kPatchRange / (exact_double(path_.speed_um_s) * 1e-6 * period));
     std::size_t patch_end = field_.curved() ? 0 : kGalvoFramesPerTick;
     std::size_t frame = 0;
     while (frame < kGalvoFramesPerTick) {
@@ -311,14 +323,16 @@ void JobRunner::galvo_path(double t, ServoOutputs& out) noexcept {
         }
         law.first = static_cast<double>(frame);
         const double now = time_of(frame);
-        const motion::Segment segment = motion_.segment(now, cursor_);
+        if (!(now < segment.end)) {
+            segment = motion_.segment_after(segment, now, cursor_);
+        }
         // Frames before the segment's end, at least this one.
         const double left = clamped((segment.end - now) / period, 1.0, static_cast<double>(kGalvoFramesPerTick));
         const auto whole = static_cast<std::uint32_t>(left);
         const std::size_t count = whole + (left > static_cast<double>(whole) ? 1U : 0U);
         double middle = -1.0;
         if (frame == patch_end) {
-            const std::size_t frames = patch_frames(count);
+            const std::size_t frames = patch_frames.before(count);
             const double half = 0.5 * exact_double(static_cast<std::int64_t>(frames));
             if (frames <= count) {
                 middle = half;

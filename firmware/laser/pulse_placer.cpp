@@ -373,7 +373,7 @@ void PulsePlacer::place(const motion::PathMotion& path, std::int64_t from_ns, st
         if (segment.end >= high) {
             return;
         }
-        segment = path.segment(segment.end, cursor_);
+        segment = path.segment_after(segment, segment.end, cursor_);
     }
 }
 

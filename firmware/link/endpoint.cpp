@@ -166,7 +166,7 @@ void Endpoint::on(const SetMap& map) noexcept {
     request(field.sequence, event);
 }
 
-void Endpoint::on(const SetPowerCurve& curve) noexcept {
+[[gnu::noinline]] void Endpoint::on(const SetPowerCurve& curve) noexcept {
     LinkEvent event;
     event.kind = LinkEvent::Kind::power_curve;
     event.power_curve = curve;

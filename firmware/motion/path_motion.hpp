@@ -134,6 +134,8 @@ public:
 
     /// Law about path time t. Only after ready().
     [[nodiscard]] Segment segment(double t, Cursor& cursor) const noexcept;
+    /// The same for t ≥ before.end, where `before` is what the same cursor gave last: cheap if it is the next piece.
+    [[nodiscard]] Segment segment_after(const Segment& before, double t, Cursor& cursor) const noexcept;
     /// Nothing before path time t is read any more, and a resume will be from `distance` or beyond.
     void forget_before(double t, double distance) noexcept;
 

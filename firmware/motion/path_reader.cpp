@@ -76,6 +76,20 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     return {&piece, begin, end, t0, 0.0, rate, true};
 }
 
+Segment PathMotion::segment_after(const Segment& before, double t, Cursor& cursor) const noexcept {
+    const Leg& now = leg(cursor.leg);
+    const std::uint32_t k = cursor.piece + 1;
+    if (before.moving && now.nominal && before.end < now.end && planned_end_ - k > 1) {
+        const trajectory::Ring<Piece>& ring = planner_.pieces();
+        const double end = smaller(now.begin + (ring[k + 1].start - now.u0) * now.slowness, now.end);
+        if (t < end && ring[k + 1].start > now.u0 + (t - now.begin) * now.rate) {
+            cursor.piece = k;
+            return {&ring[k], before.end, end, before.end, 0.0, now.rate, true};
+        }
+    }
+    return segment(t, cursor);
+}
+
 std::optional<Stretch> PathMotion::stretch(std::uint32_t number) const noexcept {
     Stretch s{.begin = ends_.run_in(), .end = mark_end(), .end_known = complete_};
     if (number > 0) {

@@ -291,18 +291,14 @@ void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize
     visit_machine(writer, machine);
 }
 
-std::expected<MachineConfig, Refusal> deserialise(std::span<const std::uint8_t> bytes) noexcept {
+Refusal deserialise_into(MachineConfig& machine, std::span<const std::uint8_t> bytes) noexcept {
     ByteReader in(bytes);
     if (in.get<std::uint16_t>() != kConfigVersion && in.ok()) {
-        return std::unexpected(Refusal::version_mismatch);
+        return Refusal::version_mismatch;
     }
-    MachineConfig machine;
     Reader reader{in};
     visit_machine(reader, machine);
-    if (!in.exhausted() || check(machine) != Refusal::none) {
-        return std::unexpected(Refusal::bad_config);
-    }
-    return machine;
+    return in.exhausted() ? check(machine) : Refusal::bad_config;
 }
 
 Refusal check(const MachineConfig& machine) noexcept {

@@ -21,9 +21,19 @@ inline constexpr std::size_t kConfigSize = 1162;
 /// No heap, any context, one pass.
 void serialise(const MachineConfig& machine, std::span<std::uint8_t, kConfigSize> out) noexcept;
 
-/// The configuration; Refusal::version_mismatch for another version, Refusal::bad_config for a wrong size or a
-/// configuration that `check` refuses.
-[[nodiscard]] std::expected<MachineConfig, Refusal> deserialise(std::span<const std::uint8_t> bytes) noexcept;
+/// Reads the configuration. Refusal::version_mismatch for another version, Refusal::bad_config for a wrong size or a
+/// configuration that `check` refuses; `machine` is then not to be used.
+[[nodiscard]] Refusal deserialise_into(MachineConfig& machine, std::span<const std::uint8_t> bytes) noexcept;
+
+/// The same as a value, where the stack has room for it.
+[[nodiscard]] inline std::expected<MachineConfig, Refusal> deserialise(std::span<const std::uint8_t> bytes) noexcept {
+    MachineConfig machine;
+    const Refusal refusal = deserialise_into(machine, bytes);
+    if (refusal != Refusal::none) {
+        return std::unexpected(refusal);
+    }
+    return machine;
+}
 
 /// Refusal::none for a configuration that a controller can run with, else Refusal::bad_config: a number that is not
 /// finite; a minimum that is not below its maximum; a limit, count, period or power that is not above zero; mirrors

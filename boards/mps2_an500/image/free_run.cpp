@@ -34,7 +34,7 @@ public:
     }
 
 private:
-    std::array<std::uint8_t, 4 * kLinkBytesPerTick> bytes_{};
+    std::array<std::uint8_t, 2 * kLinkBytesPerTick> bytes_{};
     std::size_t begin_ = 0;
     std::size_t end_ = 0;
 };

@@ -15,22 +15,23 @@ using namespace sc;
 using namespace sc::mps2_an500;
 
 MachineConfig machine;
-ServoOutputs outputs;
 RetainedMemory retained;  // as on a board with a battery, so that its cost is counted
+// Made at the start: as initialised data they would take as much flash as RAM.
+alignas(ServoOutputs) std::array<std::byte, sizeof(ServoOutputs)> outputs_memory;
 alignas(Controller) std::array<std::byte, sizeof(Controller)> controller_memory;
 
 Controller& make_controller(std::uint32_t boot_id) noexcept {
     return *::new (controller_memory.data()) Controller(machine, boot_id, &retained);
 }
 
+ServoOutputs& make_outputs() noexcept { return *::new (outputs_memory.data()) ServoOutputs{}; }
+
 /// The PC's machine; without an understandable one nothing may run.
-MachineConfig machine_of(const SharedRam& ram) noexcept {
+void read_machine(const SharedRam& ram) noexcept {
     const bool fits = ram.pc_layout_version == kLayoutVersion && ram.config_size <= ram.config.size();
-    const auto config = link::deserialise(std::span(ram.config).first(fits ? ram.config_size : 0));
-    if (!config) {
+    if (link::deserialise_into(machine, std::span(ram.config).first(fits ? ram.config_size : 0)) != Refusal::none) {
         halt(FaultRecord{.cause = static_cast<std::uint32_t>(HaltCause::bad_start)});
     }
-    return *config;
 }
 
 }  // namespace
@@ -40,9 +41,9 @@ extern "C" [[noreturn]] void board_main() {
     SharedRam& ram = shared_ram();
     write_identity(ram);
     if (ram.pc_magic != kPcMagic) {
-        machine = reference_machine();
-        run_free(make_controller(1), outputs, machine.control_period_ns);
+        ::new (&machine) MachineConfig(reference_machine());
+        run_free(make_controller(1), make_outputs(), machine.control_period_ns);
     }
-    machine = machine_of(ram);
-    serve_lock_step(make_controller(ram.boot_id), outputs);
+    read_machine(ram);
+    serve_lock_step(make_controller(ram.boot_id), make_outputs());
 }

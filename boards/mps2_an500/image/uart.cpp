@@ -9,7 +9,7 @@
 namespace sc::mps2_an500 {
 namespace {
 
-constexpr std::size_t kRingBytes = 4096;
+constexpr std::size_t kRingBytes = 2048;
 
 // One writer (the interrupt), one reader. The counters only grow; their difference is what is in the ring.
 std::array<std::uint8_t, kRingBytes> ring;

@@ -72,6 +72,7 @@ public:
             return true;
         }
         const Segment s = motion_->segment(time_, cursor_);
+        expect_the_next_one(s);
         samples_.push_back({s.piece->place(s.x(time_)), value(s.piece->distance, s.x(time_))});
         if (motion_->complete() && time_ > motion_->end_time()) {
             return false;
@@ -122,6 +123,24 @@ public:
 
 private:
     static double value(const trajectory::Quintic& k, double t) { return trajectory::value(k, t); }
+
+    /// What follows a segment is what a reader without a memory finds there.
+    void expect_the_next_one(const Segment& s) const {
+        for (const double later : {0.0, 3e-4}) {
+            Cursor with = cursor_;
+            Cursor without;
+            const Segment after = motion_->segment_after(s, s.end + later, with);
+            const Segment found = motion_->segment(s.end + later, without);
+            ASSERT_EQ(after.piece, found.piece) << "after " << s.end << " s";
+            ASSERT_EQ(after.begin, found.begin);
+            ASSERT_EQ(after.end, found.end);
+            ASSERT_EQ(after.t0, found.t0);
+            ASSERT_EQ(after.x0, found.x0);
+            ASSERT_EQ(after.rate, found.rate);
+            ASSERT_EQ(with.piece, without.piece);
+            ASSERT_EQ(with.leg, without.leg);
+        }
+    }
 
     std::unique_ptr<PathMotion> motion_ = std::make_unique<PathMotion>();
     std::vector<Place> points_;
