@@ -44,8 +44,8 @@ Burnt burn(const sim::MakeController& make, const std::string& script = "") {
     Sha256 digest;
     test::CellRig::Options options;
     options.script = script;
-    options.controller = [&](const MachineConfig& machine, std::uint32_t boot_id) {
-        return std::make_unique<Digesting>(make(machine, boot_id), digest);
+    options.controller = [&](const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained) {
+        return std::make_unique<Digesting>(make(machine, boot_id, retained), digest);
     };
     test::CellRig rig(options);
     rig.make_ready();
@@ -83,7 +83,7 @@ TEST(LockStep, FaultsAreTheSameToo) {
 
 TEST(LockStep, DigestSeesASingleBit) {
     // What the equality above is worth: another boot number changes one message, and so the digest.
-    const auto make = [](const MachineConfig& machine, std::uint32_t boot_id) {
+    const auto make = [](const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained) {
         return sim::make_local_controller(machine, boot_id + 1, retained);
     };
     EXPECT_NE(burn(sim::make_local_controller).outputs, burn(make).outputs);
