@@ -197,7 +197,8 @@ double PathMotion::nominal_now() const noexcept {
 
 double PathMotion::end_time() const noexcept {
     const Leg& last = newest();
-    return last.nominal ? last.begin + (nominal_end() - last.u0) * last.slowness : last.end;
+    const bool goes_on = last.nominal && last.end >= kOpenEnd;
+    return goes_on ? last.begin + (nominal_end() - last.u0) * last.slowness : last.end;
 }
 
 bool PathMotion::ready() const noexcept {
@@ -237,6 +238,10 @@ bool PathMotion::tick(double path_time, double tick_seconds) noexcept {
     if (!open_) {
         return true;
     }
+    if (ran_out()) {
+        rest_at_end();
+        starved_ = true;
+    }
     complete_ = planner_.complete();
     waits_ = idle_ && !no_room();
     planned_end_ = planner_.pieces().end();
@@ -264,6 +269,24 @@ bool PathMotion::tick(double path_time, double tick_seconds) noexcept {
     credit_ = kUnitsPerTick;
     idle_ = false;
     return true;
+}
+
+/// The law has come to the end of what was planned, and of no stop. Every plan ends at rest there; what is planned from
+/// now on must not be jumped into.
+bool PathMotion::ran_out() const noexcept {
+    return !complete_ && !rests_ && now_ > 0.0 && planned_end_ != planner_.pieces().first() && newest().nominal &&
+           now_ >= newest().begin && nominal_at(now_) > nominal_end();
+}
+
+void PathMotion::rest_at_end() noexcept {
+    if (task_ != Task::none) {
+        drop_task();
+    }
+    stop_wanted_ = false;
+    rests_ = true;
+    rest_u_ = nominal_end();
+    leg(leg_end_ - 1).end = end_time();
+    stop_time_ = smaller(stop_time_, now_);
 }
 
 /// What is next. A change from motion that is not ready in time is begun anew.
@@ -394,11 +417,7 @@ void PathMotion::begin_moving_task(Task task) noexcept {
             // It comes to rest at the path's end, before any other stop would be over.
             step_ = 0;
             if (task == Task::stop) {
-                stop_wanted_ = false;
-                rests_ = true;
-                rest_u_ = end;
-                leg(leg_end_ - 1).end = end_time();
-                stop_time_ = smaller(stop_time_, now_);
+                rest_at_end();
             }
             return;
         }

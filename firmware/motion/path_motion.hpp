@@ -148,7 +148,7 @@ private:
     /// A stretch of path time.
     struct Leg {
         double begin = 0.0;
-        double end = 1e30;
+        double end = 1e30;  ///< kOpenEnd or beyond: it goes on
         bool nominal = true;
         bool backward = false;
         double u0 = 0.0;  ///< nominal time at its begin
@@ -162,6 +162,7 @@ private:
     /// Spans that are tried for a change of rate, in shortest stops: the shorter ones fail where the nominal trajectory
     /// itself takes all that the limits give.
     static constexpr std::array<double, 7> kSpans{1.0, 1.3, 1.7, 2.3, 3.2, 4.5, 6.5};
+    static constexpr double kOpenEnd = 1e29;       ///< s
     static constexpr std::uint32_t kTooMany = 96;  ///< pieces in a change
     static constexpr std::uint32_t kLegs = 8;
     static constexpr std::uint32_t kVertices = 1024;
@@ -200,6 +201,8 @@ private:
     void begin_go() noexcept;
     [[nodiscard]] double wanted_rate() const noexcept;
     [[nodiscard]] double wanted_lift() const noexcept;
+    [[nodiscard]] bool ran_out() const noexcept;
+    void rest_at_end() noexcept;
     [[nodiscard]] double nominal_end() const noexcept;
     [[nodiscard]] double nominal_at(double t) const noexcept;
     [[nodiscard]] std::uint32_t leg_at(double t, std::uint32_t i) const noexcept;

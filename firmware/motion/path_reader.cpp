@@ -6,7 +6,6 @@
 namespace sc::motion {
 namespace {
 
-constexpr double kOpenEnd = 1e29;           ///< s: the end of a leg that has none yet
 constexpr std::uint32_t kMostBehind = 340;  ///< pieces that are kept behind the reader
 
 }  // namespace
@@ -33,7 +32,9 @@ Segment PathMotion::segment(double t, Cursor& cursor) const noexcept {
     const trajectory::Ring<Piece>& ring = nominal ? planner_.pieces() : made_;
     const std::uint32_t first = nominal ? ring.first() : now.first;
     const std::uint32_t last = (nominal ? planned_end_ : now.last) - 1;
-    const double u = nominal ? now.u0 + (t - now.begin) * now.rate : t - now.begin;
+    // A law that rests before the end of what is planned does not go beyond it.
+    const double until = smaller(t, now.end);
+    const double u = nominal ? now.u0 + (until - now.begin) * now.rate : until - now.begin;
     std::uint32_t k = cursor.piece;
     if (k - first > last - first) {
         k = nominal ? piece_at(u) : first;

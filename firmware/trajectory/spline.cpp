@@ -19,10 +19,25 @@ constexpr double kCloser = 0.8;        ///< after a check that failed
 constexpr double kSpacingsAhead = 4.0;
 constexpr std::uint32_t kVerticesAhead = 144;
 constexpr std::uint32_t kVerticesBeside = 48;
+/// A step that begins or ends at rest leaves the curve by h² |d2| / 128; of the tolerance it may take a 25th.
+constexpr double kOffCurveAtRest = 128.0 / 25.0;
 constexpr std::uint32_t kMostSteps = 8;    ///< of a cell
 constexpr std::int64_t kDeferred = 7;      ///< cells that must fit beyond the one that is given out
 constexpr std::int64_t kFixed = 3;         ///< knots beyond the last node given out that cannot change any more
 constexpr std::uint32_t kFixedTries = 12;  ///< to fit a cell between them, which once did
+
+/// Square of the greatest rate at which the parameter may run where the curve has this derivative.
+double greatest_b(const Limits& limits, const Place& d1) noexcept {
+    const double travel = length3(d1);
+    double cap = travel > 0.0 ? limits.speed / travel : 1e6;
+    for (std::size_t k = 0; k < kAxisCount; ++k) {
+        const double d = absolute(d1[k]);
+        if (d > 0.0) {
+            cap = smaller(cap, limits.velocity[k] / d);
+        }
+    }
+    return 0.9999 * cap * cap;
+}
 
 }  // namespace
 
@@ -326,6 +341,11 @@ void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<
             ++steps;
         }
     }
+    // In a tight bend too, so that a plan can come to rest on the curve.
+    const double bend = larger(length(from.d2), length(draft(given_ + 1).d2));
+    while (steps < kMostSteps && h * h * bend > kOffCurveAtRest * limits.tolerance * (steps * steps)) {
+        ++steps;
+    }
     const double step = h / steps;
     for (std::uint32_t i = 0; i < steps; ++i) {
         const double x = step * i;
@@ -341,7 +361,7 @@ void SplineBuilder::give_out(const Polyline& points, const Limits& limits, Ring<
     tries_ = 0;
 }
 
-/// Appends a node; its greatest b is that of the node itself and of the middles of the steps beside it.
+/// Appends a node; its greatest b is that of the node itself and of the middles of the steps on both sides.
 void SplineBuilder::give_node(const Limits& limits, const Place& d3, double s, const Draft& at, std::uint32_t item,
                               Ring<Node>& nodes) noexcept {
     const bool first = given_ == 0 && nodes.size() == 0;
@@ -353,27 +373,15 @@ void SplineBuilder::give_node(const Limits& limits, const Place& d3, double s, c
     node.d2 = at.d2;
     node.d3 = d3;
     node.item = item;
-    Place fastest{};
-    double travel = 0.0;
-    const auto widen = [&](const Place& d) noexcept {
-        for (std::size_t k = 0; k < kAxisCount; ++k) {
-            fastest[k] = larger(fastest[k], absolute(d[k]));
-        }
-        travel = larger(travel, length3(d));
-    };
-    widen(at.d1);
+    node.cap = greatest_b(limits, at.d1);
     if (!first) {
-        const Node& before = nodes[nodes.end() - 2];
+        // In a bend the parameter runs unevenly between knots.
+        Node& before = nodes[nodes.end() - 2];
         const double x = 0.5 * before.h;
-        widen(along(along(before.d1, x, before.d2), 0.5 * x * x, before.d3));
+        const double middle = greatest_b(limits, along(along(before.d1, x, before.d2), 0.5 * x * x, before.d3));
+        node.cap = smaller(node.cap, middle);
+        before.cap = smaller(before.cap, middle);
     }
-    double cap = travel > 0.0 ? limits.speed / travel : 1e6;
-    for (std::size_t k = 0; k < kAxisCount; ++k) {
-        if (fastest[k] > 0.0) {
-            cap = smaller(cap, limits.velocity[k] / fastest[k]);
-        }
-    }
-    node.cap = 0.9999 * cap * cap;
 }
 
 bool SplineBuilder::step(Polyline& points, const Limits& limits, Ring<Node>& nodes) noexcept {

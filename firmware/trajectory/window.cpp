@@ -18,8 +18,9 @@ constexpr double kOffCurveAtRest = 0.045;     ///< the same, for the choice of a
 constexpr double kWayIn = 1e6;                ///< weight of a way in to rest that is off the curve
 constexpr std::uint32_t kRestsLookedAt = 48;  ///< nodes
 constexpr std::uint32_t kRestsAUnit = 12;
-constexpr double kMostSpeed = 1.001;  ///< it is looked at in a few places of a cell only
-constexpr double kLevelLate = 0.8;    ///< the same, if trials leave the curve again and again
+constexpr double kMostSpeed = 1.001;     ///< it is looked at in a few places of a cell only
+constexpr double kLeastLowering = 0.97;  ///< of the greatest speed of a cell, squared, at a time
+constexpr double kLevelLate = 0.8;       ///< the same, if trials leave the curve again and again
 constexpr std::uint32_t kLateTry = 5;
 constexpr double kLevel = 0.65;           ///< of the guess beside it, at least
 constexpr double kLeastGuess = 1e-14;     ///< of the greatest b
@@ -315,8 +316,8 @@ void WindowPlanner::forward(const Limits& limits, Ring<Node>& nodes) noexcept {
 
 // Two states in, three results out, each one number.
 // NOLINTNEXTLINE(readability-function-size): a struct would only name them twice
-void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
-                         double c1, double& share, double& room0, double& room1) noexcept {
+double WindowPlanner::note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
+                           double c1, double& share, double& room0, double& room1) noexcept {
     const CellMotion motion = cell_motion(from, to, b0, c0, b1, c1);
     const Excess e = excess(limits, limits.speed, motion);
     if (!(off_curve(from, motion, b0, c0, b1, c1) <= kOffCurve * limits.tolerance)) {
@@ -341,21 +342,29 @@ void WindowPlanner::note(const Limits& limits, const Node& from, const Node& to,
         room1 *= 0.99;
         worst_ = larger(worst_, e.speed);
     }
+    return e.jerk <= kMost && e.acceleration <= kMost ? e.speed : 0.0;
 }
 
 void WindowPlanner::check(const Limits& limits, Ring<Node>& nodes) noexcept {
     Node& node = nodes[cursor_];
     if (cursor_ != target_) {
         Node& next = nodes[cursor_ + 1];
-        note(limits, node, next, node.trial_b, node.trial_c, next.trial_b, next.trial_c, node.share, node.room,
-             next.room);
+        const double speed = note(limits, node, next, node.trial_b, node.trial_c, next.trial_b, next.trial_c,
+                                  node.share, node.room, next.room);
+        if (speed > kMostSpeed) {
+            // Between two nodes whose own speeds are within it.
+            const double lower = larger(kLeastLowering, (0.9999 / speed) * (0.9999 / speed));
+            next.cap *= lower;
+            node.cap *= cursor_ != base_ || resting_ ? lower : 1.0;
+        }
         ++cursor_;
         return;
     }
     double ignored = 1.0;
     if (resting_ && !fresh_) {
         const Node& base = nodes[base_];
-        note(limits, nodes[base_ - 1], base, 0.0, 0.0, base.trial_b, base.trial_c, start_share_, ignored, ignored);
+        (void)note(limits, nodes[base_ - 1], base, 0.0, 0.0, base.trial_b, base.trial_c, start_share_, ignored,
+                   ignored);
         start_jerk_ = start_share_ * ramp_jerk(limits, nodes[base_ - 1], base);
     }
     if (to_end_) {
@@ -371,7 +380,7 @@ void WindowPlanner::check(const Limits& limits, Ring<Node>& nodes) noexcept {
         }
         target_jerk_ = target_share_ * end_.joint.jerk;
     } else {
-        note(limits, node, nodes[window_], node.trial_b, node.trial_c, 0.0, 0.0, target_share_, ignored, ignored);
+        (void)note(limits, node, nodes[window_], node.trial_b, node.trial_c, 0.0, 0.0, target_share_, ignored, ignored);
         target_jerk_ = target_share_ * ramp_jerk(limits, node, nodes[window_]);
     }
     judge(limits, nodes);

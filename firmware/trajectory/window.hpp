@@ -68,8 +68,9 @@ private:
     void crawl_cell(const Limits& limits, const Node& cell, TrajectoryWriter& writer) noexcept;
     void crawl(const Limits& limits, const Place& from, const Place& to, TrajectoryWriter& writer,
                std::uint32_t item) noexcept;
-    void note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1, double c1,
-              double& share, double& room0, double& room1) noexcept;
+    /// Looks at one cell of a trial; returns its greatest speed, of the limit, if that alone is at fault.
+    [[nodiscard]] double note(const Limits& limits, const Node& from, const Node& to, double b0, double c0, double b1,
+                              double c1, double& share, double& room0, double& room1) noexcept;
 
     End begin_{};
     End end_{};

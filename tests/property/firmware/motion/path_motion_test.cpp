@@ -54,11 +54,13 @@ public:
     /// Distance of the next pulse of a laser that fires all the way to a stop.
     double next_pulse() const { return std::max(fired_, motion_->mark_begin()); }
     void limit_points(std::size_t known) { known_ = known; }
+    /// A planner that is given less than it needs, and is late.
+    void throttle(std::uint32_t units) { units_ = units; }
     bool resting() const { return motion_->stopped() && time_ > motion_->end_time() + kTick; }
 
     /// One tick; false once the path is done and at rest.
     bool tick() {
-        EXPECT_TRUE(motion_->tick(time_, kTick)) << "planner late at " << time_;
+        EXPECT_TRUE(motion_->tick(time_, kTick) || units_ < kUnitsPerTick) << "planner late at " << time_;
         while (motion_->wants_points() && next_ < std::min(known_, points_.size())) {
             motion_->add(points_[next_], static_cast<std::uint32_t>(next_));
             ++next_;
@@ -67,7 +69,7 @@ public:
             motion_->finish();
             finished_ = true;
         }
-        motion_->work(kUnitsPerTick);
+        motion_->work(units_);
         if (time_ == 0.0 && !motion_->ready()) {
             return true;
         }
@@ -152,6 +154,7 @@ private:
     Cursor cursor_;
     double fired_ = 0.0;
     int late_ = 0;
+    std::uint32_t units_ = kUnitsPerTick;
 };
 
 /// Worst ratio to the limits of first to third differences, at rest before and behind.
@@ -259,6 +262,27 @@ TEST(PathMotion, PlanIsAFunctionOfThePointsAlone) {
     for (std::size_t i = 0; i < at_once.samples().size(); ++i) {
         ASSERT_EQ(at_once.samples()[i].place, trickled.samples()[i].place) << "sample " << i;
     }
+}
+
+TEST(PathMotion, RestsWhereAPlanEndsAndDoesNotJumpIntoTheNext) {
+    std::mt19937_64 random(9);
+    int rests = 0;
+    for (int trial = 0; trial < 6; ++trial) {
+        // Dense points, so that the law is faster than such a planner.
+        const auto points = random_path(random, 1500);
+        Runner runner(spec_of(0.2, 1e-5), points);
+        runner.throttle(3);
+        ASSERT_TRUE(runner.run()) << "trial " << trial << ": " << runner.story();
+        rests += runner.late();
+        const std::vector<Sample>& samples = runner.samples();
+        for (std::size_t i = 1; i < samples.size(); ++i) {
+            const Place& a = samples[i - 1].place;
+            const Place& b = samples[i].place;
+            ASSERT_LE(std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), 0.2 * kTick * kMostShare)
+                << "trial " << trial << " sample " << i << " of " << samples.size();
+        }
+    }
+    EXPECT_GT(rests, 0) << "the planner was never late";
 }
 
 TEST(PathMotion, KeepsLimitsAndPathThroughHoldsOverridesAndDroughts) {

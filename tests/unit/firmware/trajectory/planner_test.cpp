@@ -197,5 +197,36 @@ TEST(Planner, DistanceIsTheLengthOfThePathAsRun) {
     }
 }
 
+/// Mirrors that draw a circle of 0.2 mm on the way, again and again: bends so tight that a cell from or to rest leaves
+/// them, and knots that are uneven in the curve's own parameter.
+TEST(Planner, DrawsAWobbleWithoutStoppingInIt) {
+    for (const double tolerance : {1e-6, 4.5e-6, 2e-5}) {
+        Spec spec;
+        spec.speed = 0.25;
+        spec.tolerance = tolerance;
+        for (std::size_t k = 0; k < 3; ++k) {
+            spec.limits.speed[k] = 2.0;
+            spec.limits.acceleration[k] = 8000.0;
+            spec.limits.jerk[k] = 8e7;
+        }
+        std::vector<Place> points;
+        double length = 0.0;
+        for (int i = 0; i <= 3200; ++i) {
+            const double turn = 2.0 * 3.14159265358979 / 32.0 * i;
+            points.push_back({60e-6 / 32.0 * i + 1e-4 * std::cos(turn), 0.0, 1e-4 * std::sin(turn), 0.0});
+            if (i > 0) {
+                const Place& a = points[points.size() - 2];
+                length += std::hypot(points.back()[0] - a[0], points.back()[2] - a[2]);
+            }
+        }
+        const Planned run = plan(spec, points);
+        ASSERT_TRUE(run.complete);
+        EXPECT_EQ(run.counts.crawled, 0U) << tolerance;
+        EXPECT_EQ(run.counts.stretched, 0U) << tolerance;
+        EXPECT_LT(run.counts.passes, 3 * run.counts.plans + 3) << tolerance;
+        EXPECT_LT(run.seconds, 1.03 * length / spec.speed) << tolerance;
+    }
+}
+
 }  // namespace
 }  // namespace sc::trajectory::testing
