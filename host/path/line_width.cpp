@@ -19,6 +19,7 @@ constexpr double kSamePlace = 1e-8;
 constexpr double kSharpest = -0.5;  ///< cosine of the turn of a corner that is mitred
 constexpr std::size_t kMostStrokes = 255;
 constexpr double kMostPoints = 1e5;
+constexpr double kPointsPerSecond = 3000.0;  ///< of tight bends, that the slowest controller, a Cortex-M7, plans
 
 /// A place of the line, given by this line of its file.
 struct Corner {
@@ -128,6 +129,13 @@ Strokes wobble(const std::vector<Piece>& line, const MarkSettings& settings, dou
     if (!(points <= kMostPoints)) {
         throw LineWidthError(0, "has too many points with its wobble", fmt::format("{:.6g}", points),
                              "make fill_step_um larger, or the path shorter");
+    }
+    const double points_per_s = settings.speed.si() * per_turn / (2.0 * std::numbers::pi * radius);
+    if (points_per_s > kPointsPerSecond) {
+        throw LineWidthError(0, "has more points a second, with its wobble, than a controller plans",
+                             fmt::format("{:.6g} of {:.6g}", points_per_s, kPointsPerSecond),
+                             fmt::format("make speed_mm_s {:.3g} or less, tolerance_um larger, or use fill = \"hatch\"",
+                                         std::floor(1e3 * settings.speed.si() * kPointsPerSecond / points_per_s)));
     }
     const auto turned = [&](const Vec3& place, double turn) {
         const double phi = 2.0 * std::numbers::pi * turn;

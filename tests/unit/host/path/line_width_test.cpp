@@ -131,7 +131,8 @@ TEST(LineWidth, AHatchedCircleStaysBesideItWithinATenthOfTheTolerance) {
 
 TEST(LineWidth, AWobbleGoesRoundAsOftenAsAskedWithinHalfTheWidth) {
     const auto line = polyline({{0.0, 0.0, 0.0}, {0.004, 0.0, 0.0}, {0.004, 0.0005, 0.003}});
-    const MarkSettings settings = wide(Fill::wobble, 0.3e-3, 0.1e-3);
+    MarkSettings settings = wide(Fill::wobble, 0.3e-3, 0.1e-3);
+    settings.speed = Speed::from_si(0.06);
     const Strokes strokes = strokes_of(line, settings);
     ASSERT_EQ(strokes.pieces.size(), 1U);
     const auto& stroke = strokes.pieces[0];
@@ -160,6 +161,9 @@ TEST(LineWidth, RefusesWhatCannotBeFilled) {
     expect_refused(polyline({{0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}}), wide(Fill::hatch, 5e-3, 0.01e-3), 0,
                    "too many strokes");
     expect_refused(polyline({{0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}}), wide(Fill::wobble, 5e-3, 1e-6), 0, "too many points");
+    MarkSettings fast = wide(Fill::wobble, 0.2e-3, 0.06e-3);
+    fast.speed = Speed::from_si(0.25);
+    expect_refused(polyline({{0.0, 0.0, 0.0}, {0.01, 0.0, 0.0}}), fast, 0, "points a second");
 }
 
 /// A line of two passes and a hatch of three strokes: six passes of one path, no two with the same number.
