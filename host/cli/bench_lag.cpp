@@ -39,7 +39,7 @@ std::vector<Figure> bench_lag(const BenchOptions& options) {
     const auto judged = [&](const std::filesystem::path& world, const GalvoLag& lag, const std::string& name) {
         return check_pulses(
             job, burn_pulses(work.items, {.world = world, .lag = lag, .seed = options.seed}, folder.path() / name),
-            {work.straight, std::nullopt});
+            {.only = work.straight});
     };
     std::string table =
         "world,untuned_peak_um,tuned_peak_um,tuned_rms_um,latency_us,natural_frequency_hz,damping,marks,rms_um,"

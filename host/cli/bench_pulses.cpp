@@ -224,8 +224,8 @@ std::vector<Figure> bench_pulses(const BenchOptions& options) {
         const auto pulses = burn_pulses(
             work.items, {.world = beam_world(world), .machine = machine, .seed = options.seed}, folder.path() / name);
         // Where the axes stand is known from the paths whose pulses have places of their own.
-        const PulseFigures straight = check_pulses(job, pulses, {work.straight, std::nullopt});
-        const Judged judged{check_pulses(job, pulses, {std::nullopt, straight.stand}), straight};
+        const PulseFigures straight = check_pulses(job, pulses, {.only = work.straight});
+        const Judged judged{check_pulses(job, pulses, {.stand = straight.stand}), straight};
         table += row(name, judged.all) + row((std::string(name) + "_straight").c_str(), judged.straight);
         return judged;
     };

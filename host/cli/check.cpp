@@ -21,7 +21,12 @@ constexpr const char* kExamples = R"(Examples:
   scribecell check run1/samples.trace --ticks 5317:5592 --json
       a stretch of a trace as one motion; one JSON object
 
-Only the emitted samples are judged, by their differences; the planner is not asked.
+  scribecell check run1/samples.trace --pitch 5 --energy 10
+      with other limits for pulses: their distance, their energy and that of a millimetre, of what the job asks for
+
+Only the emitted samples are judged, by their differences; the planner is not asked. Pulses are judged one by one against
+the items that the job was made of, if pulses.trace and job.items lie beside the trace: number, distance, energy, and
+that the gate was open.
 Exit codes: 0 all limits are kept; 1 one is broken; 2 bad input or usage.)";
 
 int run(const CheckOptions& options) {
@@ -38,7 +43,8 @@ int run(const CheckOptions& options) {
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
-    CLI::App* sub = app.add_subcommand("check", "Judge emitted set-points: limits, travel, keep-out, deviation.");
+    CLI::App* sub = app.add_subcommand(
+        "check", "Judge emitted set-points and pulses: limits, travel, keep-out, deviation; pitch, energy, gate.");
     sub->footer(kExamples);
     const auto options = std::make_shared<CheckOptions>();
     describe_check(*sub, *options);

@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include <stdexcept>
+#include <utility>
 
 #include "host/formats/csv.hpp"
 #include "host/formats/error.hpp"
+#include "host/formats/job_items.hpp"
 #include "host/formats/pulse_trace.hpp"
 #include "host/formats/text.hpp"
 #include "host/verification/motion_report.hpp"
@@ -131,6 +134,50 @@ void refuse_for_cell(bool given, const char* option) {
     }
 }
 
+/// Pulses and the items that asked for them.
+struct PulseFiles {
+    std::filesystem::path pulses;
+    std::filesystem::path items;
+};
+
+std::optional<PulseFiles> pulse_files(const CheckOptions& options) {
+    PulseFiles files{options.pulses.value_or(options.trace.parent_path() / "pulses.trace"), {}};
+    files.items = options.items.value_or(files.pulses.parent_path() / "job.items");
+    const bool asked = options.pulses || options.items;
+    if (asked || (std::filesystem::exists(files.pulses) && std::filesystem::exists(files.items))) {
+        return files;
+    }
+    return std::nullopt;
+}
+
+PulseFigures judge_pulses(const PulseFiles& files, const GateTicks& gate, const PulseLimits& limits) {
+    const std::vector<Item> items = read_job_items(files.items);
+    const PulseTrace trace = read_pulse_trace(files.pulses);
+    try {
+        PulseFigures figures = check_pulses(draw(items), trace.pulses, {.stand_each = true, .limits = limits});
+        check_gate(trace.pulses, gate, figures);
+        return figures;
+    } catch (const std::domain_error& error) {
+        throw InputError({.file = files.items.string(),
+                          .problem = "does not go with these pulses",
+                          .value = error.what(),
+                          .action = "give the job.items and the pulses.trace of one run"});
+    }
+}
+
+PulseLimits pulse_limits_of(const CheckOptions& options) {
+    for (const auto& [name, percent] : {std::pair("--pitch", options.pitch_pct),
+                                        {"--energy", options.energy_pct},
+                                        {"--pulse-energy", options.pulse_energy_pct}}) {
+        if (!(percent > 0.0 && percent <= 1000.0)) {
+            throw InputError({.problem = std::string(name) + " is out of range",
+                              .value = about(percent),
+                              .action = "give per cent above 0, up to 1000"});
+        }
+    }
+    return {options.pitch_pct * 1e-2, options.energy_pct * 1e-2, options.pulse_energy_pct * 1e-2};
+}
+
 MotionReport judge_cell(const CheckOptions& options, const MotionTrace& trace, const MotionLimits& limits) {
     refuse_for_cell(options.path.has_value(), "--path");
     refuse_for_cell(options.path_speed.has_value(), "--path-speed");
@@ -152,11 +199,17 @@ MotionReport judge_cell(const CheckOptions& options, const MotionTrace& trace, c
     std::ranges::copy(limits.keep_out, machine.keep_out.begin());
     machine.keep_out_count = static_cast<std::uint8_t>(limits.keep_out.size());
     SampleChecker checker(machine, options.allow);
+    GateTicks gate{.first_tick = trace.first_tick, .period_ns = machine.control_period_ns, .open = {}};
     for_each_sample(trace.file, [&](const trace::SampleRecord& record, std::span<const trace::GalvoSample> frames) {
         checker.add(record, frames);
+        gate.open.push_back(record.gate != 0);
     });
     checker.end();
     MotionReport report = motion_report_of(checker.report(), machine, options.allow);
+    report.pulse_limits = pulse_limits_of(options);
+    if (const auto files = pulse_files(options)) {
+        report.pulses = judge_pulses(*files, gate, report.pulse_limits);
+    }
     report.first_tick = trace.first_tick;
     return report;
 }
@@ -206,6 +259,21 @@ void describe_check(CLI::App& app, CheckOptions& o) {
     app.add_option("--allow", o.allow, "ratio to a limit up to which speed, acceleration and jerk pass")
         ->type_name("FACTOR")
         ->capture_default_str();
+    optional_option(app, "--pulses", o.pulses,
+                    "pulses of the same run (default: pulses.trace beside the trace, if job.items is there too)")
+        ->type_name("FILE");
+    optional_option(app, "--items", o.items, "what the run was asked to burn (default: job.items beside the pulses)")
+        ->type_name("FILE");
+    app.add_option("--pitch", o.pitch_pct, "how far the distance of two pulses may be off, of the pitch")
+        ->type_name("PCT")
+        ->capture_default_str();
+    app.add_option("--energy", o.energy_pct, "how far the energy of a millimetre may be off")
+        ->type_name("PCT")
+        ->capture_default_str();
+    app.add_option("--pulse-energy", o.pulse_energy_pct,
+                   "how far a pulse's energy may be off; the first ones of a laser that has rested are stronger")
+        ->type_name("PCT")
+        ->capture_default_str();
     app.add_flag("--json", o.json, "one JSON object on stdout, everything else on stderr");
 }
 
@@ -223,6 +291,10 @@ CheckOutcome run_check(const CheckOptions& options) {
         cut(outcome.trace, *options.ticks);
     }
     outcome.limits.first_tick = outcome.trace.first_tick;
+    if ((options.pulses || options.items) && (!outcome.trace.machine || options.ticks)) {
+        throw InputError({.problem = "--pulses and --items are for the trace of a whole run of a cell",
+                          .action = "give its samples.trace, without --ticks"});
+    }
     if (outcome.trace.machine && !options.ticks) {
         outcome.report = judge_cell(options, outcome.trace, outcome.limits);
         return outcome;

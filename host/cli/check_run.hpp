@@ -30,6 +30,11 @@ struct CheckOptions {
     std::vector<std::string> keep_out;    ///< "x0,y0,z0,x1,y1,z1", metres, each
     std::optional<std::string> ticks;     ///< "FROM:TO"
     double allow = kMotionAllow;
+    std::optional<std::filesystem::path> pulses;  ///< default: pulses.trace beside the trace, if job.items is there too
+    std::optional<std::filesystem::path> items;   ///< default: job.items beside the pulses
+    double pitch_pct = 3.0;
+    double energy_pct = 2.0;
+    double pulse_energy_pct = 15.0;
     bool json = false;
 };
 

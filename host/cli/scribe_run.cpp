@@ -20,6 +20,7 @@
 #include "host/cli/run_folder.hpp"
 #include "host/formats/error.hpp"
 #include "host/formats/file.hpp"
+#include "host/formats/job_items.hpp"
 #include "host/formats/journal.hpp"
 #include "host/formats/pulse_trace.hpp"
 #include "host/path/face_places.hpp"
@@ -107,6 +108,9 @@ private:
         }
         if (!folder_ && options_.link_options.out) {
             folder_ = std::make_unique<RunFolder>(options_.link_options.out);
+        }
+        if (folder_ && folder_->named()) {
+            write_job_items(folder_->path() / "job.items", outcome_.plan.items);
         }
         const std::unique_ptr<Journal> journal = open_journal();
         if (options_.resume && read_journal(journal_file()).outcome == JobOutcome::done) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/verification/path_deviation.hpp"
+#include "host/verification/pulse_checker.hpp"
 #include "host/verification/sample_checker.hpp"
 #include "shared/geometry/vec.hpp"
 #include "shared/machine/machine.hpp"
@@ -73,7 +74,9 @@ struct MotionReport {
     /// Places where a rule is broken: of ticks in a row the worst; the first kKeptViolations places of each rule. From
     /// SampleChecker: the first kKeptViolations ticks.
     std::vector<Violation> first;
-    [[nodiscard]] bool passed() const noexcept { return violations == 0; }
+    std::optional<PulseFigures> pulses;  ///< if those and the job's items were given
+    PulseLimits pulse_limits;
+    [[nodiscard]] bool passed() const noexcept { return violations == 0 && (!pulses || pulses->violations == 0); }
     /// Largest ratio to a limit over all rows.
     [[nodiscard]] double max_limit_ratio() const noexcept;
 };

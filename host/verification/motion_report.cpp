@@ -53,6 +53,61 @@ std::string deviation_text(const MotionReport& report) {
     return text;
 }
 
+std::string pulses_text(const PulseFigures& p, const PulseLimits& limits) {
+    return fmt::format(
+        "{} pulses, {} lost; pitch off by {:.2f} % rms, {:.2f} % at most, of {:g} %; energy of a pulse off by {:.2f} "
+        "%, "
+        "of {:g} %, of a millimetre {:.2f} %, of {:g} %\n",
+        p.pulses, p.lost, p.pitch_rms * 100.0, p.pitch_peak * 100.0, limits.pitch * 100.0, p.energy_peak * 100.0,
+        limits.pulse_energy * 100.0, p.energy_per_length_peak * 100.0, limits.energy * 100.0);
+}
+
+std::string violation_text(const PulseViolation& v) {
+    const std::string where = fmt::format("path {} pass {} pulse {} at {:.6f} s", v.path, v.pass, v.pulse,
+                                          static_cast<double>(v.t_ns) * 1e-9);
+    switch (v.breach) {
+        case PulseBreach::paths:
+            return fmt::format("light in {:g} parts, and the job has {:g} paths to be marked", v.value, v.limit);
+        case PulseBreach::count:
+            return fmt::format("path {} pass {}: {:g} pulses, and it has {:g}", v.path, v.pass, v.value, v.limit);
+        case PulseBreach::missed:
+            return fmt::format("pulse {} at {:.6f} s met no surface", v.pulse, static_cast<double>(v.t_ns) * 1e-9);
+        case PulseBreach::gate_shut:
+            return fmt::format("pulse {} at {:.6f} s left while the gate was shut, tick {:.0f}", v.pulse,
+                               static_cast<double>(v.t_ns) * 1e-9, v.value);
+        case PulseBreach::pitch:
+        case PulseBreach::energy:
+        case PulseBreach::energy_per_length:
+            return fmt::format("{}: {} {:.4f} of what the job asks for, limit {:g}", where, name_of(v.breach), v.value,
+                               v.limit);
+    }
+    return where;
+}
+
+Json pulses_json(const PulseFigures& p, const PulseLimits& limits) {
+    Json first = Json::array();
+    for (const PulseViolation& v : p.first) {
+        first.push_back({{"rule", name_of(v.breach)},
+                         {"path", v.path},
+                         {"pass", v.pass},
+                         {"pulse", v.pulse},
+                         {"t_ns", v.t_ns},
+                         {"value", v.value},
+                         {"limit", v.limit}});
+    }
+    return {{"pulses", p.pulses},
+            {"lost", p.lost},
+            {"pitch_rms_pct", p.pitch_rms * 100.0},
+            {"pitch_peak_pct", p.pitch_peak * 100.0},
+            {"pitch_limit_pct", limits.pitch * 100.0},
+            {"energy_peak_pct", p.energy_peak * 100.0},
+            {"pulse_energy_limit_pct", limits.pulse_energy * 100.0},
+            {"energy_per_mm_peak_pct", p.energy_per_length_peak * 100.0},
+            {"energy_limit_pct", limits.energy * 100.0},
+            {"violations", p.violations},
+            {"first", first}};
+}
+
 /// Unit of a violation's value, and by how much it is to be multiplied for a person.
 struct Shown {
     const char* unit;
@@ -162,7 +217,9 @@ std::string violation_text(const Violation& v) {
 }
 
 std::string motion_verdict(const MotionReport& report) {
-    return report.passed() ? "passed: every limit is kept" : fmt::format("BROKEN: {} violations", report.violations);
+    return report.passed() ? "passed: every limit is kept"
+                           : fmt::format("BROKEN: {} violations",
+                                         report.violations + (report.pulses ? report.pulses->violations : 0));
 }
 
 std::string motion_text(const MotionReport& report) {
@@ -177,6 +234,14 @@ std::string motion_text(const MotionReport& report) {
     }
     if (report.first.size() > kPrintedViolations) {
         text += "  and elsewhere\n";
+    }
+    if (report.pulses) {
+        text += pulses_text(*report.pulses, report.pulse_limits);
+        const std::vector<PulseViolation>& first = report.pulses->first;
+        for (std::size_t i = 0; i < std::min(kPrintedViolations, first.size()); ++i) {
+            text += "  " + violation_text(first[i]) + "\n";
+        }
+        text += report.pulses->violations > kPrintedViolations ? "  and elsewhere\n" : "";
     }
     text += motion_verdict(report) + "\n";
     return text;
@@ -209,6 +274,7 @@ nlohmann::ordered_json motion_json(const MotionReport& report) {
             {"max_limit_ratio", report.max_limit_ratio()},
             {"axes", rows},
             {"path", report.deviation ? deviation_json(report) : Json()},
+            {"pulses", report.pulses ? pulses_json(*report.pulses, report.pulse_limits) : Json()},
             {"limit_violations", report.violations},
             {"violations", first}};
 }

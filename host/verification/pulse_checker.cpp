@@ -7,6 +7,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace sc::host {
 namespace {
@@ -14,6 +15,14 @@ namespace {
 /// Two pulses further apart than this belong to different paths: a jump with its run-out and run-in takes longer, and
 /// the slowest mark has its next pulse sooner.
 constexpr std::int64_t kDarkNs = 2'500'000;
+/// Or so many pitches: dark stretches of a path may be passed sooner.
+constexpr double kDarkPitches = 8.0;
+/// A polyline that turns by less at a point is taken for chords of a curve. rad
+constexpr double kSharpAngle = 0.8;
+/// Where a path stands by itself is known from so many pulses of it.
+constexpr std::size_t kStandPulses = 50;
+/// From a trigger to its light.
+constexpr std::int64_t kGateSlackNs = 1'000;
 constexpr double kPerMillimetre = 1e-3;
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
@@ -28,11 +37,12 @@ Vec3 place_of(const trace::PulseRecord& pulse) {
 double apart(const Vec3& a, const Vec3& b) { return std::hypot(a.x - b.x, a.z - b.z); }
 
 /// Light between one dark and the next.
-std::vector<std::span<const trace::PulseRecord>> split(std::span<const trace::PulseRecord> pulses) {
+std::vector<std::span<const trace::PulseRecord>> split(std::span<const trace::PulseRecord> pulses, double dark) {
     std::vector<std::span<const trace::PulseRecord>> parts;
     std::size_t begin = 0;
     for (std::size_t i = 1; i <= pulses.size(); ++i) {
-        if (i == pulses.size() || pulses[i].t_ns - pulses[i - 1].t_ns > kDarkNs) {
+        if (i == pulses.size() || pulses[i].t_ns - pulses[i - 1].t_ns > kDarkNs ||
+            apart(place_of(pulses[i]), place_of(pulses[i - 1])) > dark) {
             parts.push_back(pulses.subspan(begin, i - begin));
             begin = i;
         }
@@ -40,64 +50,201 @@ std::vector<std::span<const trace::PulseRecord>> split(std::span<const trace::Pu
     return parts;
 }
 
-/// Sums over pulses of all judged paths.
-struct Sums {
-    double place_square = 0.0;
-    double pitch_square = 0.0;
-    std::size_t pitches = 0;
-};
-
-void judge(const DrawnJobPath& path, std::span<const trace::PulseRecord> pulses, Sums& sums, PulseFigures& out) {
-    const double pitch = path.pitch();
-    const double energy = path.begin.energy_nj;
-    const std::size_t expected = path.pulses();
-    out.pulses += pulses.size();
-    out.lost += pulses.size() > expected ? pulses.size() - expected : expected - pulses.size();
-    std::vector<double> along;
-    along.reserve(pulses.size());
-    for (std::size_t k = 0; k < pulses.size(); ++k) {
-        const Vec3 place = place_of(pulses[k]) - out.stand;
-        const double off = apart(place, path.path.at(static_cast<double>(k) * pitch));
-        sums.place_square += off * off;
-        out.placement_peak = std::max(out.placement_peak, off);
-        // From the pulse before, so that a path that crosses itself is not mistaken.
-        const double from = along.empty() ? -pitch : along.back();
-        along.push_back(path.path.nearest(place, from - pitch, from + 3.0 * pitch));
-        out.energy_peak = std::max(out.energy_peak, std::abs(pulses[k].energy_nj / energy - 1.0));
-        if (k > 0) {
-            const double error = (along[k] - along[k - 1]) / pitch - 1.0;
-            sums.pitch_square += error * error;
-            ++sums.pitches;
-            out.pitch_peak = std::max(out.pitch_peak, std::abs(error));
-        }
-    }
-    const auto window = static_cast<std::size_t>(std::lround(kPerMillimetre / pitch));
-    double light = 0.0;
-    for (std::size_t k = 0; k < pulses.size(); ++k) {
-        light += pulses[k].energy_nj;
-        if (k < window) {
-            continue;
-        }
-        light -= pulses[k - window].energy_nj;
-        const double per_length = light / (along[k] - along[k - window]);
-        out.energy_per_length_peak = std::max(out.energy_per_length_peak, std::abs(per_length * pitch / energy - 1.0));
-    }
-    if (!pulses.empty()) {
-        const double counted = static_cast<double>(pulses.size() - 1) * pitch;
-        const double along_path =
-            path.path.nearest(place_of(pulses.back()) - out.stand, counted - 50.0 * pitch, counted + 50.0 * pitch);
-        out.drift = std::max({out.drift, std::round(std::abs(along_path - counted) / pitch),
-                              std::abs(static_cast<double>(pulses.size()) - static_cast<double>(expected))});
+void keep(PulseFigures& out, const PulseViolation& violation) {
+    ++out.violations;
+    if (out.first.size() < kKeptPulseViolations) {
+        out.first.push_back(violation);
     }
 }
 
+/// Those that met the surface; the others are violations.
+std::vector<trace::PulseRecord> met(const std::vector<trace::PulseRecord>& pulses, PulseFigures& out) {
+    std::vector<trace::PulseRecord> kept;
+    kept.reserve(pulses.size());
+    for (std::size_t k = 0; k < pulses.size(); ++k) {
+        if (pulses[k].hit != 0) {
+            kept.push_back(pulses[k]);
+        } else {
+            keep(out, {.breach = PulseBreach::missed, .pulse = k, .t_ns = pulses[k].t_ns, .value = 1.0});
+        }
+    }
+    return kept;
+}
+
+/// Judges one stretch after the other.
+class Judge {
+public:
+    Judge(const PulseCheck& check, PulseFigures& out) : check_(check), out_(out) {}
+
+    void stretch(const DrawnJobPath& path, std::span<const trace::PulseRecord> pulses, const Vec3& stand);
+    void end() {
+        out_.placement_rms = std::sqrt(place_square_ / static_cast<double>(std::max<std::size_t>(out_.pulses, 1)));
+        out_.pitch_rms = std::sqrt(pitch_square_ / static_cast<double>(std::max<std::size_t>(pitches_, 1)));
+    }
+
+private:
+    /// A share off what is asked for.
+    void limit(PulseBreach breach, double error, double most, std::size_t pulse) {
+        if (check_.limits && !(std::abs(error) <= most)) {
+            note(breach, pulse, 1.0 + error, error > 0.0 ? 1.0 + most : 1.0 - most);
+        }
+    }
+    void note(PulseBreach breach, std::size_t pulse, double value, double most) {
+        const std::int64_t t_ns = pulse < pulses_.size() ? pulses_[pulse].t_ns : 0;
+        keep(out_, {breach, path_->begin.path, path_->begin.pass, pulse, t_ns, value, most});
+    }
+    void count();
+    void energy_of_lengths(const std::vector<double>& along, const std::vector<double>& straight);
+
+    const PulseCheck& check_;
+    PulseFigures& out_;
+    const DrawnJobPath* path_ = nullptr;
+    std::span<const trace::PulseRecord> pulses_;
+    double place_square_ = 0.0;
+    double pitch_square_ = 0.0;
+    std::size_t pitches_ = 0;
+};
+
+void Judge::count() {
+    const std::size_t expected = path_->pulses();
+    const std::size_t lost = pulses_.size() > expected ? pulses_.size() - expected : expected - pulses_.size();
+    out_.lost += lost;
+    if (check_.limits && static_cast<double>(lost) > std::ceil(path_->slack / path_->pitch())) {
+        note(PulseBreach::count, pulses_.size(), static_cast<double>(pulses_.size()), static_cast<double>(expected));
+    }
+}
+
+void Judge::energy_of_lengths(const std::vector<double>& along, const std::vector<double>& straight) {
+    const double pitch = path_->pitch();
+    const double energy = path_->begin.energy_nj;
+    const auto window = static_cast<std::size_t>(std::lround(kPerMillimetre / pitch));
+    double light = 0.0;
+    for (std::size_t k = 0; k < pulses_.size(); ++k) {
+        light += pulses_[k].energy_nj;
+        if (k < window) {
+            continue;
+        }
+        light -= pulses_[k - window].energy_nj;
+        const auto error_of = [&](const std::vector<double>& way) {
+            return light / (way[k] - way[k - window]) * pitch / energy - 1.0;
+        };
+        double error = error_of(along);
+        error = check_.limits && std::abs(error_of(straight)) < std::abs(error) ? error_of(straight) : error;
+        out_.energy_per_length_peak = std::max(out_.energy_per_length_peak, std::abs(error));
+        limit(PulseBreach::energy_per_length, error, check_.limits ? check_.limits->energy : 0.0, k);
+    }
+}
+
+void Judge::stretch(const DrawnJobPath& path, std::span<const trace::PulseRecord> pulses, const Vec3& stand) {
+    path_ = &path;
+    pulses_ = pulses;
+    const double pitch = path.pitch();
+    const double energy = path.begin.energy_nj;
+    const PulseLimits limits = check_.limits.value_or(PulseLimits{});
+    out_.pulses += pulses.size();
+    count();
+    std::vector<double> along;
+    std::vector<double> straight(pulses.size(), 0.0);
+    along.reserve(pulses.size());
+    for (std::size_t k = 0; k < pulses.size(); ++k) {
+        const Vec3 place = place_of(pulses[k]) - stand;
+        const double off = apart(place, path.place(k));
+        place_square_ += off * off;
+        out_.placement_peak = std::max(out_.placement_peak, off);
+        // From the pulse before, so that a path that crosses itself is not mistaken.
+        const double from = along.empty() ? path.from - pitch : along.back();
+        along.push_back(path.path->nearest(place, from - pitch, from + 3.0 * pitch));
+        const double energy_error = pulses[k].energy_nj / energy - 1.0;
+        out_.energy_peak = std::max(out_.energy_peak, std::abs(energy_error));
+        limit(PulseBreach::energy, energy_error, limits.pulse_energy, k);
+        if (k > 0) {
+            double error = (along[k] - along[k - 1]) / pitch - 1.0;
+            straight[k] = straight[k - 1] + apart(place_of(pulses[k]), place_of(pulses[k - 1]));
+            const double chord = (straight[k] - straight[k - 1]) / pitch - 1.0;
+            error = check_.limits && std::abs(chord) < std::abs(error) ? chord : error;
+            pitch_square_ += error * error;
+            ++pitches_;
+            out_.pitch_peak = std::max(out_.pitch_peak, std::abs(error));
+            limit(PulseBreach::pitch, error, limits.pitch, k);
+        }
+    }
+    energy_of_lengths(along, straight);
+    if (!pulses.empty()) {
+        const double counted = path.from + static_cast<double>(pulses.size() - 1) * pitch;
+        const double along_path =
+            path.path->nearest(place_of(pulses.back()) - stand, counted - 50.0 * pitch, counted + 50.0 * pitch);
+        out_.drift = std::max({out_.drift, std::round(std::abs(along_path - counted) / pitch),
+                               std::abs(static_cast<double>(pulses.size()) - static_cast<double>(path.pulses()))});
+    }
+}
+
+/// Sum of pulse less the place of its number.
+Vec3 sum_off(const DrawnJobPath& path, std::span<const trace::PulseRecord> pulses) {
+    Vec3 sum{};
+    for (std::size_t k = 0; k < pulses.size(); ++k) {
+        sum = sum + (place_of(pulses[k]) - path.place(k));
+    }
+    return sum;
+}
+
+/// Cuts paths into what is marked of them.
+class Drawer {
+public:
+    void add(const Item& item) {
+        if (const auto* begin = std::get_if<PathBegin>(&item)) {
+            path_ = std::make_shared<DrawnPath>();
+            begin_ = *begin;
+            points_ = 0;
+            open(0.0);
+        } else if (const auto* point = std::get_if<PathPoint>(&item)) {
+            path().meet(points_++ == 0, *point);
+        } else if (const auto* arc = std::get_if<PathArc>(&item)) {
+            path().arc(arc->via, arc->to);
+        } else if (const auto* light = std::get_if<PathLight>(&item)) {
+            light->on ? open(path().length()) : shut(path().length());
+        } else if (std::holds_alternative<PathEnd>(item)) {
+            if (!(path().length() > 0.0)) {
+                throw std::domain_error("path " + std::to_string(begin_.path) + " has no length");
+            }
+            shut(path().length());
+            path_.reset();
+        }
+    }
+    std::vector<DrawnJobPath> take() { return std::move(stretches_); }
+
+private:
+    DrawnPath& path() {
+        if (!path_) {
+            throw std::domain_error("a point, an arc or a light outside a path");
+        }
+        return *path_;
+    }
+    void open(double at) { stretches_.push_back({begin_, path_, at, at, 0.0}); }
+    void shut(double at) {
+        DrawnJobPath& stretch = stretches_.back();
+        stretch.to = at;
+        stretch.slack = path_->slack(stretch.from, at, begin_.tolerance_nm * 1e-9);
+    }
+
+    std::vector<DrawnJobPath> stretches_;
+    std::shared_ptr<DrawnPath> path_;
+    PathBegin begin_{};
+    int points_ = 0;
+};
+
 }  // namespace
 
-void DrawnPath::begin(const PathPoint& point) { last_ = place_of(point); }
+void DrawnPath::meet(bool first, const PathPoint& point) {
+    if (first) {
+        last_ = place_of(point);
+    } else {
+        line_to(point);
+    }
+}
 
 void DrawnPath::line_to(const PathPoint& point) {
     const Vec3 to = place_of(point);
-    const double length = apart(last_, to);
+    const double length = std::hypot(to.x - last_.x, to.y - last_.y, to.z - last_.z);
     if (length > 0.0) {
         spans_.push_back(
             {.begin = this->length(), .length = length, .from = last_, .way = (1.0 / length) * (to - last_)});
@@ -157,7 +304,9 @@ Vec3 DrawnPath::at(double length) const {
 
 double DrawnPath::nearest_in(const Span& span, const Vec3& place) {
     if (span.radius == 0.0) {
-        return (place.x - span.from.x) * span.way.x + (place.z - span.from.z) * span.way.z;
+        const double across = span.way.x * span.way.x + span.way.z * span.way.z;
+        return across > 0.0 ? ((place.x - span.from.x) * span.way.x + (place.z - span.from.z) * span.way.z) / across
+                            : 0.0;
     }
     double turned = std::atan2(place.z - span.centre.z, place.x - span.centre.x) - span.angle;
     turned *= span.turn < 0.0 ? -1.0 : 1.0;
@@ -189,34 +338,79 @@ double DrawnPath::nearest(const Vec3& place, double low, double high) const {
     return found;
 }
 
+std::string_view name_of(PulseBreach breach) noexcept {
+    switch (breach) {
+        case PulseBreach::paths: return "paths";
+        case PulseBreach::count: return "count";
+        case PulseBreach::pitch: return "pitch";
+        case PulseBreach::energy: return "energy";
+        case PulseBreach::energy_per_length: return "energy_per_length";
+        case PulseBreach::missed: return "missed";
+        case PulseBreach::gate_shut: return "gate_shut";
+    }
+    return "";
+}
+
+double DrawnPath::slack(double from, double to, double tolerance) const {
+    double turned = 0.0;
+    double bent = 0.0;
+    for (std::size_t i = 0; i < spans_.size(); ++i) {
+        const Span& span = spans_[i];
+        if (span.begin >= from && span.begin < to) {
+            turned += std::abs(span.turn);
+        }
+        if (i == 0 || span.begin <= from || span.begin >= to) {
+            continue;
+        }
+        const Span& before = spans_[i - 1];
+        const double step = 1e-3 * std::min(before.length, span.length);
+        const Vec3 in = place_in(before, before.length) - place_in(before, before.length - step);
+        const Vec3 out = place_in(span, step) - place_in(span, 0.0);
+        const double angle = std::abs(std::atan2(in.x * out.z - in.z * out.x, in.x * out.x + in.z * out.z));
+        turned += angle;
+        bent += angle < kSharpAngle ? angle * angle / 48.0 * (before.length + span.length) : 0.0;
+    }
+    return turned * tolerance + bent;
+}
+
 std::size_t DrawnJobPath::pulses() const {
     // A pulse a nanometre beyond the end still belongs to it: coordinates are whole 10 nm.
-    return static_cast<std::size_t>((path.length() + 1e-9) / pitch()) + 1;
+    return static_cast<std::size_t>((to - from + 1e-9) / pitch()) + 1;
 }
 
 std::vector<DrawnJobPath> draw(const std::vector<Item>& items) {
-    std::vector<DrawnJobPath> paths;
-    bool first = true;
+    Drawer drawer;
     for (const Item& item : items) {
-        if (const auto* begin = std::get_if<PathBegin>(&item)) {
-            paths.push_back({*begin, {}});
-            first = true;
-        } else if (const auto* point = std::get_if<PathPoint>(&item)) {
-            first ? paths.back().path.begin(*point) : paths.back().path.line_to(*point);
-            first = false;
-        } else if (const auto* arc = std::get_if<PathArc>(&item)) {
-            paths.back().path.arc(arc->via, arc->to);
-        } else if (std::holds_alternative<PathEnd>(item) && !(paths.back().path.length() > 0.0)) {
-            throw std::domain_error("path " + std::to_string(paths.back().begin.path) + " has no length");
-        }
+        drawer.add(item);
     }
-    return paths;
+    return drawer.take();
 }
 
 PulseFigures check_pulses(const std::vector<DrawnJobPath>& job, const std::vector<trace::PulseRecord>& pulses,
                           const PulseCheck& check) {
-    const auto parts = split(pulses);
+    PulseFigures out;
+    if (check.limits && std::ranges::any_of(pulses, [](const trace::PulseRecord& p) { return p.hit == 0; })) {
+        PulseFigures missed;
+        const std::vector<trace::PulseRecord> kept = met(pulses, missed);
+        out = check_pulses(job, kept, check);
+        out.violations += missed.violations;
+        out.first.insert(out.first.begin(), missed.first.begin(), missed.first.end());
+        out.first.resize(std::min(out.first.size(), kKeptPulseViolations));
+        return out;
+    }
+    double pitch = 0.0;
+    for (const DrawnJobPath& path : job) {
+        pitch = std::max(pitch, path.pitch());
+    }
+    const auto parts = split(pulses, kDarkPitches * pitch);
     if (parts.size() != job.size()) {
+        if (check.limits) {
+            out.pulses = pulses.size();
+            keep(out, {.breach = PulseBreach::paths,
+                       .value = static_cast<double>(parts.size()),
+                       .limit = static_cast<double>(job.size())});
+            return out;
+        }
         throw std::domain_error("light in " + std::to_string(parts.size()) + " parts, and the job has " +
                                 std::to_string(job.size()) + " paths");
     }
@@ -226,26 +420,40 @@ PulseFigures check_pulses(const std::vector<DrawnJobPath>& job, const std::vecto
             judged.push_back(i);
         }
     }
-    PulseFigures out;
+    std::size_t count = 0;
     Vec3 sum{};
     for (const std::size_t i : judged) {
-        for (std::size_t k = 0; k < parts[i].size(); ++k) {
-            sum = sum + (place_of(parts[i][k]) - job[i].path.at(static_cast<double>(k) * job[i].pitch()));
-        }
-        out.pulses += parts[i].size();
+        sum = sum + sum_off(job[i], parts[i]);
+        count += parts[i].size();
     }
-    if (out.pulses < 2 * judged.size() || judged.empty()) {
+    if (count < 2 * judged.size() || judged.empty()) {
         throw std::domain_error("no pulses to judge");
     }
-    out.stand = check.stand ? *check.stand : (1.0 / static_cast<double>(out.pulses)) * sum;
-    out.pulses = 0;
-    Sums sums;
+    out.stand = check.stand ? *check.stand : (1.0 / static_cast<double>(count)) * sum;
+    Judge judge(check, out);
     for (const std::size_t i : judged) {
-        judge(job[i], parts[i], sums, out);
+        const auto first = parts[i].first(std::min(parts[i].size(), kStandPulses));
+        const double each = 1.0 / static_cast<double>(std::max<std::size_t>(first.size(), 1));
+        judge.stretch(job[i], parts[i], check.stand_each ? each * sum_off(job[i], first) : out.stand);
     }
-    out.placement_rms = std::sqrt(sums.place_square / static_cast<double>(out.pulses));
-    out.pitch_rms = std::sqrt(sums.pitch_square / static_cast<double>(std::max<std::size_t>(sums.pitches, 1)));
+    judge.end();
     return out;
+}
+
+void check_gate(std::span<const trace::PulseRecord> pulses, const GateTicks& gate, PulseFigures& figures) {
+    for (std::size_t k = 0; k < pulses.size(); ++k) {
+        const auto open = [&](std::int64_t t_ns) {
+            const std::int64_t place = t_ns / gate.period_ns - 1 - gate.first_tick;
+            return place >= 0 && place < std::ssize(gate.open) && gate.open[static_cast<std::size_t>(place)];
+        };
+        const std::int64_t tick = pulses[k].t_ns / gate.period_ns - 1;
+        if (!open(pulses[k].t_ns) && !open(pulses[k].t_ns - kGateSlackNs)) {
+            keep(figures, {.breach = PulseBreach::gate_shut,
+                           .pulse = k,
+                           .t_ns = pulses[k].t_ns,
+                           .value = static_cast<double>(tick)});
+        }
+    }
 }
 
 }  // namespace sc::host

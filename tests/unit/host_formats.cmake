@@ -9,7 +9,7 @@ sc_test(host_formats_toml_test LABEL unit
     ${dir}/scan_set_test.cpp ${dir}/target_test.cpp
   DEPS host_formats)
 sc_test(host_formats_binary_test LABEL unit
-  SOURCES ${dir}/journal_test.cpp ${dir}/pulse_trace_test.cpp
+  SOURCES ${dir}/job_items_test.cpp ${dir}/journal_test.cpp ${dir}/pulse_trace_test.cpp
   DEPS host_formats SQLite::SQLite3)
 sc_test(host_calibration_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/calibration/galvo_test.cpp

@@ -62,6 +62,42 @@ protected:
     fs::path folder_;
 };
 
+TEST_F(Check, JudgesEveryPulseOfARun) {
+    ASSERT_EQ(run({"scribe", "--face", "0", "--out", file("run")}).code, 0);
+    const std::string trace = file("run/samples.trace");
+    EXPECT_EQ(run({"check", trace}).code, 0);
+    for (const char* limit : {"--pitch", "--energy", "--pulse-energy"}) {
+        const Answer answer = run({"check", trace, limit, "0.2", "--json"});
+        EXPECT_EQ(answer.code, 1) << limit;
+        const Json json = Json::parse(answer.out);
+        EXPECT_GT(json["pulses"]["violations"].get<int>(), 0) << limit;
+        EXPECT_EQ(json["limit_violations"], 0);
+    }
+    EXPECT_EQ(run({"check", trace, "--pitch", "0"}).code, 2);
+
+    // One pulse too few, and one 3 um late: named with their path and number.
+    std::string pulses = read_file(file("run/pulses.trace"));
+    const std::size_t records =
+        12 + static_cast<unsigned char>(pulses[8]) + 256U * static_cast<unsigned char>(pulses[9]);
+    std::string fewer = pulses;
+    fewer.erase(records + 77U * 50U, 77U);
+    write_file(file("fewer.trace"), fewer);
+    Answer answer = run({"check", trace, "--pulses", file("fewer.trace"), "--items", file("run/job.items")});
+    EXPECT_EQ(answer.code, 1);
+    EXPECT_NE(answer.out.find("path 0 pass 0: 200 pulses, and it has 201"), std::string::npos) << answer.out;
+    EXPECT_NE(answer.out.find("pulse 50"), std::string::npos) << answer.out;
+
+    write_file(file("broken.items"), read_file(file("run/job.items")).substr(0, 300));
+    answer = run({"check", trace, "--items", file("broken.items")});
+    EXPECT_EQ(answer.code, 2);
+    EXPECT_NE(answer.err.find("broken.items"), std::string::npos) << answer.err;
+    fs::remove(file("run/job.items"));
+    answer = run({"check", trace, "--json"});
+    EXPECT_EQ(answer.code, 0);
+    EXPECT_EQ(Json::parse(answer.out)["pulses"], nullptr);
+    EXPECT_EQ(run({"check", trace, "--pulses", file("run/pulses.trace")}).code, 2) << "asked for, but no items";
+}
+
 TEST_F(Check, TheMainJobKeepsItsLimits) {
     const Answer job = run({"scribe", "--out", file("run")});
     ASSERT_EQ(job.code, 0) << job.err;
@@ -76,6 +112,10 @@ TEST_F(Check, TheMainJobKeepsItsLimits) {
     EXPECT_EQ(json["axes"].size(), 6U) << "four axes and two mirrors";
     const auto ticks = json["ticks"].get<int>();
     EXPECT_GT(ticks, 10'000);
+
+    EXPECT_GT(json["pulses"]["pulses"].get<int>(), 20'000);
+    EXPECT_EQ(json["pulses"]["lost"], 0);
+    EXPECT_EQ(json["pulses"]["violations"], 0);
 
     // The same trace is judged by the limits that are given: each of them must bite.
     for (const auto& [option, limits] :

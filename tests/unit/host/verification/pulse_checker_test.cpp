@@ -76,7 +76,7 @@ TEST(PulseChecker, TakesTheAxesStandOutAndNothingElse) {
     }
     EXPECT_LT(check_pulses(job(), pulses).placement_peak, 1e-11);
     EXPECT_LT(check_pulses(job(), pulses).pitch_peak, 1e-6) << "not even at the corner";
-    EXPECT_NEAR(check_pulses(job(), pulses, {std::nullopt, Vec3{}}).placement_peak, std::hypot(3e-6, 2e-6), 1e-11);
+    EXPECT_NEAR(check_pulses(job(), pulses, {.stand = Vec3{}}).placement_peak, std::hypot(3e-6, 2e-6), 1e-11);
     pulses[50].place_pm[2] += 4'000'000;
     const PulseFigures f = check_pulses(job(), pulses);
     EXPECT_NEAR(f.placement_peak, 4e-6, 0.1e-6);
@@ -125,7 +125,7 @@ TEST(PulseChecker, SeesAPitchThatIsTooLongByALittleAtTheEndOfThePath) {
     for (int k = 0; k <= 60; ++k) {
         pulses[static_cast<std::size_t>(k)].place_pm[0] += std::llround(0.02 * k * 50e6);
     }
-    const PulseFigures f = check_pulses(job(), pulses, {std::vector<std::uint32_t>{3}, std::nullopt});
+    const PulseFigures f = check_pulses(job(), pulses, {.only = std::vector<std::uint32_t>{3}});
     EXPECT_NEAR(f.pitch_rms, 0.0, 0.15);
     EXPECT_GT(f.placement_peak, 20e-6);
 }
@@ -133,7 +133,7 @@ TEST(PulseChecker, SeesAPitchThatIsTooLongByALittleAtTheEndOfThePath) {
 TEST(PulseChecker, JudgesSomePathsOnlyAndRefusesOtherPathsThanTheJobs) {
     auto pulses = ideal();
     pulses[20].place_pm[0] += 2'000'000;
-    EXPECT_LT(check_pulses(job(), pulses, {std::vector<std::uint32_t>{4}, std::nullopt}).placement_peak, 1e-11);
+    EXPECT_LT(check_pulses(job(), pulses, {.only = std::vector<std::uint32_t>{4}}).placement_peak, 1e-11);
     pulses.resize(101);
     EXPECT_THROW(static_cast<void>(check_pulses(job(), pulses)), std::domain_error);
 }
@@ -141,7 +141,7 @@ TEST(PulseChecker, JudgesSomePathsOnlyAndRefusesOtherPathsThanTheJobs) {
 TEST(DrawnPath, ArcsGoThroughTheirThreePlacesEitherWay) {
     for (const double way : {1.0, -1.0}) {
         DrawnPath path;
-        path.begin(at(3.0, 0.0));
+        path.meet(true, at(3.0, 0.0));
         path.arc(at(0.0, 3.0 * way), at(0.0, -3.0 * way));
         EXPECT_NEAR(path.length(), 1.5 * std::numbers::pi * 3e-3, 1e-12);
         EXPECT_NEAR(path.at(0.5 * std::numbers::pi * 3e-3).z, way * 3e-3, 1e-12);
@@ -152,8 +152,113 @@ TEST(DrawnPath, ArcsGoThroughTheirThreePlacesEitherWay) {
 
 TEST(DrawnPath, RefusesAnArcThatIsALine) {
     DrawnPath path;
-    path.begin(at(0.0, 0.0));
+    path.meet(true, at(0.0, 0.0));
     EXPECT_THROW(path.arc(at(1.0, 0.0), at(2.0, 0.0)), std::domain_error);
+}
+
+const PulseCheck kLimited{.stand_each = true, .limits = PulseLimits{}};
+
+std::vector<PulseBreach> breaches(const PulseFigures& figures) {
+    std::vector<PulseBreach> found;
+    for (const PulseViolation& v : figures.first) {
+        found.push_back(v.breach);
+    }
+    return found;
+}
+
+TEST(PulseChecker, KeepsLimitsWhenNothingIsWrong) {
+    const PulseFigures f = check_pulses(job(), ideal(), kLimited);
+    EXPECT_EQ(f.violations, 0U);
+    EXPECT_EQ(f.pulses, ideal().size());
+}
+
+TEST(PulseChecker, NamesThePulseThatBreaksALimit) {
+    std::vector<trace::PulseRecord> pulses = ideal();
+    pulses[20].place_pm[0] += 2'000'000;  // 4 % of the pitch
+    PulseFigures f = check_pulses(job(), pulses, kLimited);
+    ASSERT_EQ(breaches(f), (std::vector{PulseBreach::pitch, PulseBreach::pitch}));
+    EXPECT_EQ(f.first[0].path, 3U);
+    EXPECT_EQ(f.first[0].pulse, 20U);
+    EXPECT_EQ(f.first[0].t_ns, pulses[20].t_ns);
+    EXPECT_NEAR(f.first[0].value, 1.04, 1e-6);
+    EXPECT_NEAR(f.first[0].limit, 1.03, 1e-12);
+    EXPECT_NEAR(f.first[1].value, 0.96, 1e-6);
+
+    pulses = ideal();
+    pulses[7].energy_nj = 1'160'000;
+    f = check_pulses(job(), pulses, kLimited);
+    EXPECT_EQ(breaches(f), std::vector{PulseBreach::energy}) << "16 % of one pulse, 0.8 % of its millimetre";
+    pulses = ideal();
+    for (trace::PulseRecord& pulse : pulses) {
+        pulse.energy_nj = 1'030'000;
+    }
+    f = check_pulses(job(), pulses, kLimited);
+    EXPECT_GT(f.violations, 0U);
+    EXPECT_EQ(f.first[0].breach, PulseBreach::energy_per_length);
+}
+
+TEST(PulseChecker, AllowsForCornersThatAreCutAndForNothingElse) {
+    std::vector<trace::PulseRecord> pulses = ideal();
+    pulses.erase(pulses.begin() + 99, pulses.begin() + 101);
+    EXPECT_EQ(breaches(check_pulses(job(), pulses, kLimited)), std::vector{PulseBreach::count});
+    std::vector<Item> items{Turn{0}, begin(3), at(1.0, 1.0), at(4.02, 1.0), at(4.02, 3.0), PathEnd{}, JobEnd{}};
+    std::get<PathBegin>(items[1]).tolerance_nm = 50'000;
+    pulses.resize(99);
+    EXPECT_EQ(check_pulses(draw(items), pulses, kLimited).violations, 0U) << "100 um less, and a corner of 50 um";
+}
+
+TEST(PulseChecker, KnowsDarkStretchesOfAPath) {
+    // 1 mm marked, 1 mm dark, 0.52 mm marked.
+    const auto path = draw({Turn{0}, begin(3), at(0.0, 0.0), at(1.0, 0.0), PathLight{false}, at(2.0, 0.0),
+                            PathLight{true}, at(2.52, 0.0), PathEnd{}, JobEnd{}});
+    ASSERT_EQ(path.size(), 2U);
+    EXPECT_EQ(path[0].pulses(), 21U);
+    EXPECT_EQ(path[1].pulses(), 11U);
+    std::vector<trace::PulseRecord> pulses;
+    for (int k = 0; k <= 20; ++k) {
+        pulses.push_back(pulse(k * kPitch, 0.0, k * kPeriodNs));
+    }
+    for (int k = 0; k <= 10; ++k) {
+        pulses.push_back(pulse(2e-3 + k * kPitch, 0.0, (40 + k) * kPeriodNs));
+    }
+    EXPECT_EQ(check_pulses(path, pulses, kLimited).violations, 0U);
+    pulses.push_back(pulse(1.5e-3, 0.0, 100 * kPeriodNs));
+    EXPECT_EQ(breaches(check_pulses(path, pulses, kLimited)), std::vector{PulseBreach::paths}) << "light in the dark";
+}
+
+TEST(PulseChecker, MeasuresALineAsItLiesInSpace) {
+    PathPoint deep = at(3.0, 0.0);
+    deep.y += 400'000;
+    const auto path = draw({Turn{0}, begin(3), at(0.0, 0.0), deep, PathEnd{}, JobEnd{}});
+    ASSERT_EQ(path[0].pulses(), 101U) << "3, 4, 5";
+    std::vector<trace::PulseRecord> pulses;
+    for (int k = 0; k <= 100; ++k) {
+        pulses.push_back(pulse(0.6 * k * kPitch, 0.0, k * kPeriodNs));
+    }
+    EXPECT_EQ(check_pulses(path, pulses, kLimited).violations, 0U);
+}
+
+TEST(PulseChecker, CountsPulsesThatMetNothingAndThoseOfAShutGate) {
+    std::vector<trace::PulseRecord> pulses = ideal();
+    trace::PulseRecord stray = pulses[10];
+    stray.hit = 0;
+    stray.place_pm = {};
+    stray.t_ns += 1;
+    pulses.insert(pulses.begin() + 11, stray);
+    PulseFigures f = check_pulses(job(), pulses, kLimited);
+    EXPECT_EQ(breaches(f), std::vector{PulseBreach::missed});
+
+    // The first path takes 2.5 ms from time 0, the second begins 20 ms later.
+    pulses = ideal();
+    GateTicks gate{.first_tick = -1, .period_ns = 1'000'000, .open = std::vector<bool>(40, true)};
+    f = check_pulses(job(), pulses, kLimited);
+    check_gate(pulses, gate, f);
+    EXPECT_EQ(f.violations, 0U);
+    gate.open[1] = false;
+    check_gate(pulses, gate, f);
+    EXPECT_EQ(f.violations, 39U) << "1.000 ms counts as the end of the tick before";
+    EXPECT_EQ(f.first[0].breach, PulseBreach::gate_shut);
+    EXPECT_EQ(f.first[0].pulse, 41U);
 }
 
 }  // namespace
