@@ -81,7 +81,7 @@ std::string violation_text(const PulseViolation& v) {
             return fmt::format("{}: {} {:.4f} of what the job asks for, limit {:g}", where, name_of(v.breach), v.value,
                                v.limit);
     }
-    return where;
+    return {};
 }
 
 Json pulses_json(const PulseFigures& p, const PulseLimits& limits) {
