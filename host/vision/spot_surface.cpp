@@ -6,14 +6,18 @@
 #include <cmath>
 #include <numbers>
 
+#include <opencv2/imgproc.hpp>
+
 namespace sc::host {
 
 namespace {
 
 constexpr int kParameters = 9;
 constexpr int kRounds = 40;
-constexpr double kReach = 3.0;       ///< radii of the half height
-constexpr double kPerRadius = 20.0;  ///< pixels a radius that are looked at; more tell nothing new
+constexpr double kReach = 3.0;           ///< radii of the half height
+constexpr double kPerRadius = 20.0;      ///< places a radius that are looked at; more tell nothing new once smoothed
+constexpr double kSmoothing = 0.1;       ///< radii: so that no pixel's noise is left out, nor bends the robust weights
+constexpr double kSaturatedShare = 0.1;  ///< of the pixels that a smoothed value is made of: from here on it is unsure
 constexpr double kSpeckle = 0.2;
 constexpr double kFloor = 0.03;  ///< of the height: noise, and what no model has; fixed, so that noise moves no weight
 constexpr double kHuber = 2.5;
@@ -124,6 +128,30 @@ double step(const Sums& sums, Surface& s, double radius) {
     return share;
 }
 
+/// The part of the picture that a fit from `start` looks at, smoothed.
+struct Part {
+    cv::Point origin;
+    cv::Mat light;
+    cv::Mat saturated;  ///< CV_8U, not 0 where too many full pixels are in the mean
+};
+
+Part smoothed(const cv::Mat& light, const cv::Mat& saturated, const Circle& start) {
+    const double sigma = kSmoothing * start.radius;
+    const double reach = (kReach + 1.0) * start.radius + 4.0 * sigma;
+    const cv::Rect box =
+        cv::Rect(static_cast<int>(std::floor(start.x - reach)), static_cast<int>(std::floor(start.y - reach)),
+                 static_cast<int>(2.0 * reach) + 2, static_cast<int>(2.0 * reach) + 2) &
+        cv::Rect(0, 0, light.cols, light.rows);
+    Part out{box.tl(), {}, {}};
+    const int border = cv::BORDER_REFLECT | cv::BORDER_ISOLATED;
+    cv::GaussianBlur(light(box), out.light, cv::Size(), sigma, sigma, border);
+    cv::Mat share;
+    saturated(box).convertTo(share, CV_32F);
+    cv::GaussianBlur(share, share, cv::Size(), sigma, sigma, border);
+    out.saturated = share > kSaturatedShare;
+    return out;
+}
+
 /// Mean of the light around the window's rim.
 double rim_of(const cv::Mat& light, const Window& window) {
     constexpr int kPlaces = 180;
@@ -143,8 +171,14 @@ double rim_of(const cv::Mat& light, const Window& window) {
 
 }  // namespace
 
-std::optional<SurfaceFit> fit_surface(const cv::Mat& light, const cv::Mat& saturated, const Circle& start,
+std::optional<SurfaceFit> fit_surface(const cv::Mat& picture, const cv::Mat& full, const Circle& in_picture,
                                       double height) {
+    const Part part = smoothed(picture, full, in_picture);
+    const cv::Mat& light = part.light;
+    const cv::Mat& saturated = part.saturated;
+    Circle start = in_picture;
+    start.x -= part.origin.x;
+    start.y -= part.origin.y;
     const double shape = std::numbers::ln2 / (start.radius * start.radius);
     Surface s;
     s.p = Vector(start.x, start.y, std::log(height), shape, 0.0, shape, 0.0, 0.0, 0.0);
@@ -170,7 +204,7 @@ std::optional<SurfaceFit> fit_surface(const cv::Mat& light, const cv::Mat& satur
             if (last.bright < 20.0) {
                 return std::nullopt;
             }
-            return SurfaceFit{s.p(0), s.p(1), std::sqrt(last.misfit / last.bright)};
+            return SurfaceFit{s.p(0) + part.origin.x, s.p(1) + part.origin.y, std::sqrt(last.misfit / last.bright)};
         }
     }
     return std::nullopt;

@@ -78,6 +78,38 @@ TEST(FindSpot, RealBeamsLieWhereOthersFindThem) {
     }
 }
 
+/// A part of a picture, with a black level of 4 % and noise of 1 % of full scale.
+GreyImage part_of(const GreyImage& image, int left, int top, int right, int bottom, std::uint64_t seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> normal(0.0, 0.01 * image.full_scale);
+    GreyImage part{.width = right - left, .height = bottom - top, .full_scale = image.full_scale, .pixel = {}};
+    for (int row = top; row < bottom; ++row) {
+        for (int column = left; column < right; ++column) {
+            const double value = 0.04 * image.full_scale + 0.96 * image.at(column, row) + normal(random);
+            part.pixel.push_back(
+                static_cast<std::uint16_t>(std::lround(std::clamp(value, 0.0, static_cast<double>(image.full_scale)))));
+        }
+    }
+    return part;
+}
+
+TEST(FindSpot, RealBeamsStayWhereTheyAreUnderCropAndNoise) {
+    for (const char* name : {"t-210mm", "TEM00_140mm"}) {
+        const GreyImage image =
+            read_image(std::filesystem::path(SC_TEST_DATA) / "laser-spots" / (std::string(name) + ".png"));
+        const auto whole = find_spot(image);
+        ASSERT_TRUE(whole) << name;
+        for (const double room : {3.6, 5.0}) {
+            const int left = std::max(0, static_cast<int>(whole->x - room * whole->radius));
+            const int bottom = std::min(image.height, static_cast<int>(whole->y + room * whole->radius));
+            const auto part = find_spot(part_of(image, left, 0, image.width, bottom, 7));
+            ASSERT_TRUE(part) << name;
+            EXPECT_TRUE(part->by_surface);
+            EXPECT_LT(std::hypot(part->x + left - whole->x, part->y - whole->y), 0.2) << name << " " << room;
+        }
+    }
+}
+
 TEST(FindSpot, RefusesWhatBreaksTheThreshold) {
     EXPECT_EQ(problem_of(picture_of(200, 200, {})), SpotProblem::flat);
     EXPECT_EQ(problem_of(picture_of(200, 200, {{1.0, 100.0, 16.0, 0.8}})), SpotProblem::cut);
