@@ -27,6 +27,11 @@ if(SC_SANITIZE)
   target_link_options(sc_sanitizers INTERFACE -fsanitize=${SC_SANITIZE})
 endif()
 
+# What decodes bytes or reads files tells the fuzzer which way it went (tests/fuzz). In the build with the sanitizers alone,
+# so that this costs no build of its own.
+set(SC_FUZZED shared/link shared/machine shared/path shared/trace firmware/drives firmware/laser firmware/link
+  firmware/recording firmware/sensors host/bridge host/formats)
+
 # Layers by top folder, and which an origin may link.
 set(SC_MAY_LINK_shared shared)
 set(SC_MAY_LINK_firmware shared firmware)
@@ -69,6 +74,9 @@ function(sc_library folder)
     add_library(${name} STATIC ${ARG_SOURCES})
     set(scope PUBLIC)
     target_link_libraries(${name} PRIVATE sc_warnings sc_sanitizers ${ARG_PRIVATE_DEPS})
+    if(SC_FUZZ AND folder IN_LIST SC_FUZZED)
+      target_compile_options(${name} PRIVATE -fsanitize=fuzzer-no-link)
+    endif()
     if(folder MATCHES "^(shared|firmware)/")
       target_link_libraries(${name} PRIVATE sc_control_path)
     endif()
