@@ -9,6 +9,7 @@
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/asked.hpp"
+#include "host/cli/bench_faults.hpp"
 #include "host/cli/bench_figures.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
@@ -36,6 +37,9 @@ constexpr const char* kExamples = R"(Examples:
   scribecell bench link
       points a second over each carrier with frames lost, ten million points with everything that may go wrong, and
       200 jobs whose host is killed and started again (some minutes)
+  scribecell bench faults
+      each fault in each state of the cell and phase of a path, judged at the plant's pins, and the firmware with a rule
+      of the laser less, one by one (some minutes)
   scribecell bench sensors
       readings a second on the sensor buses, beside what the lines can carry
   scribecell bench measure
@@ -54,6 +58,7 @@ constexpr std::array kBenches{
     Bench{"measure", "the triple-laser head against the true angle", bench_measure},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
+    Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},
     Bench{"sensors", "the sensor buses against what their lines can carry", bench_sensors},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 

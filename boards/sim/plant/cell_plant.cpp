@@ -93,7 +93,12 @@ void CellPlant::accept(std::int64_t tick, const ServoOutputs& outputs) {
         laser_.queue(outputs.laser[i], outputs.gate_allowed);
     }
     if (outputs.cancel_laser) {
-        laser_.cancel(tick * machine_.control_period_ns + kCancelActNs);
+        const std::int64_t t_ns = tick * machine_.control_period_ns + kCancelActNs;
+        laser_.cancel(t_ns);
+        cancelled_until_ns_ = (tick + 1) * machine_.control_period_ns;
+        if (pin_sink_) {
+            pin_sink_(t_ns, Pin::gate, false);
+        }
     }
 }
 
@@ -106,6 +111,9 @@ void CellPlant::play(std::int64_t tick, const ServoOutputs* acting, const PulseS
         const std::int64_t to = from + machine_.guard_period_ns;
         run_timed_events(from);
         guard(from, acting != nullptr && acting->gate_allowed);
+        if (pin_sink_) {
+            show_pins(from, acting);
+        }
         move(to, first, acting);
         fire(from, to, sink);
         shine_guide(from, acting);
@@ -151,6 +159,19 @@ void CellPlant::shine_guide(std::int64_t t_ns, const ServoOutputs* acting) {
     }
 }
 
+void CellPlant::watch_pins(PinSink sink) {
+    pin_sink_ = std::move(sink);
+    laser_.watch_triggers([this](std::int64_t t_ns) { pin_sink_(t_ns, Pin::trigger, true); });
+}
+
+void CellPlant::show_pins(std::int64_t t_ns, const ServoOutputs* acting) {
+    const DigitalOutputs lines = acting == nullptr ? DigitalOutputs{} : acting->digital;
+    pin_sink_(t_ns, Pin::master_oscillator, lines.master_oscillator);
+    pin_sink_(t_ns, Pin::guide_laser, lines.guide_laser);
+    pin_sink_(t_ns, Pin::shutter_coil, lines.shutter_open);
+    pin_sink_(t_ns, Pin::beam_way, shutter_.passes());
+}
+
 void CellPlant::guard(std::int64_t t_ns, bool gate_allowed) {
     shutter_.step_to(t_ns);
     beam_.shutter_ns += shutter_.reads_closed() ? 0 : machine_.guard_period_ns;
@@ -163,6 +184,9 @@ void CellPlant::guard(std::int64_t t_ns, bool gate_allowed) {
     } else if (veto.close_gate) {
         laser_.cancel(t_ns + kGuardActNs);
         laser_.shut_gate(t_ns + kGuardActNs);
+    }
+    if (pin_sink_ && (veto.close_gate || t_ns >= cancelled_until_ns_)) {
+        pin_sink_(veto.close_gate ? t_ns + kGuardActNs : t_ns, Pin::gate, !veto.close_gate);
     }
 }
 

@@ -34,6 +34,19 @@ struct BeamCounters {
     std::int64_t guide_ns = 0;              ///< guide laser on
     std::uint64_t shuttered = 0;            ///< pulses that the shutter kept back
 };
+
+/// Lines between controller and source as they stand at the plant, for whoever judges them.
+enum class Pin : std::uint8_t {
+    gate,               ///< 1 open: allowed by the tick and by the guard, and not cancelled
+    trigger,            ///< an edge that passed the gate; no level
+    master_oscillator,  ///< 1 on
+    guide_laser,        ///< 1 on
+    shutter_coil,       ///< 1 fed
+    beam_way,           ///< 1: the blade lets light pass
+};
+/// Takes levels at each guard period and each tick, changed or not, in order of time but for gate and trigger (some µs).
+using PinSink = std::function<void(std::int64_t t_ns, Pin pin, bool level)>;
+
 /// Takes the place of the guide laser's spot: control time, and the record's places as of a pulse.
 using GuideSink = std::function<void(const trace::PulseRecord&)>;
 
@@ -69,6 +82,10 @@ public:
     /// Where the guide laser shines, each guard period while it is on.
     void watch_guide(GuideSink sink) { guide_sink_ = std::move(sink); }
 
+    void watch_pins(PinSink sink);
+    /// One more event of the script.
+    void inject(FaultEvent event) { faults_.add(std::move(event)); }
+
     /// Encoders on their grids, pm / ndeg.
     [[nodiscard]] AxisPositions encoders() const;
     [[nodiscard]] bool link_connected() const noexcept { return link_connected_; }
@@ -88,6 +105,7 @@ private:
     void read_encoders(EncoderInputs& encoders, std::int64_t t_ns) const;
     void shine_guide(std::int64_t t_ns, const ServoOutputs* acting);
     void show(SourceTrouble trouble);
+    void show_pins(std::int64_t t_ns, const ServoOutputs* acting);
     void guard(std::int64_t t_ns, bool gate_allowed);
     void move(std::int64_t t_ns, std::size_t first_frame, const ServoOutputs* acting);
     void fire(std::int64_t begin_ns, std::int64_t end_ns, const PulseSink& sink);
@@ -119,6 +137,8 @@ private:
     ShutterPlant shutter_;
     BeamCounters beam_;
     GuideSink guide_sink_;
+    PinSink pin_sink_;
+    std::int64_t cancelled_until_ns_ = 0;  ///< the gate stays shut
     DigitalInputs lines_;
     std::uint8_t guard_causes_ = 0;
     bool link_connected_ = true;

@@ -13,6 +13,15 @@ FaultPlayer::FaultPlayer(std::vector<FaultEvent> events) {
     for (FaultEvent& event : events) {
         (event.at_ns ? timed_ : counted_).push_back(std::move(event));
     }
+    sort();
+}
+
+void FaultPlayer::add(FaultEvent event) {
+    (event.at_ns ? timed_ : counted_).push_back(std::move(event));
+    sort();
+}
+
+void FaultPlayer::sort() {
     for (auto* list : {&timed_, &counted_}) {
         std::ranges::sort(*list, std::ranges::greater{},
                           [](const FaultEvent& e) { return std::tuple(e.at_ns, e.after_pulse, e.line); });

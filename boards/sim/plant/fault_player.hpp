@@ -24,6 +24,9 @@ class FaultPlayer {
 public:
     explicit FaultPlayer(std::vector<FaultEvent> events);
 
+    /// One more event, with a time of its own; one that has passed falls due at once.
+    void add(FaultEvent event);
+
     /// Time of the next timed event, or the largest integer.
     [[nodiscard]] std::int64_t next_time() const noexcept;
     /// The next timed event if it is due at `t_ns`; it is then recorded with its own time.
@@ -38,6 +41,8 @@ public:
     [[nodiscard]] const std::vector<FaultRecord>& records() const noexcept { return records_; }
 
 private:
+    void sort();
+
     std::vector<FaultEvent> timed_;    ///< latest first
     std::vector<FaultEvent> counted_;  ///< largest count first
     std::vector<FaultRecord> records_;

@@ -114,6 +114,9 @@ bool LaserPlant::stopped(const Queued& queued, std::int64_t trigger_ns, std::int
         ++counters_.cancelled;
         return true;
     }
+    if (triggers_) {
+        triggers_(trigger_ns);
+    }
     if (light_ns >= light_cut_ns_) {
         ++counters_.cut;
         return true;

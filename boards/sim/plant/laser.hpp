@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "boards/sim/world/world_spec.hpp"
 #include "firmware/hal/io.hpp"
@@ -60,6 +62,9 @@ public:
     void cut_light(std::int64_t from_ns) noexcept;
     void restore_light() noexcept { light_cut_ns_ = kNever; }
 
+    /// Told of each trigger that passes the gate, whether or not it makes light: control time, ns.
+    void watch_triggers(std::function<void(std::int64_t)> sink) { triggers_ = std::move(sink); }
+
     /// Next pulse whose light leaves before `limit_ns`. Call until it gives none, with limits that grow.
     [[nodiscard]] std::optional<LaserPulse> next(std::int64_t limit_ns);
     [[nodiscard]] const LaserCounters& counters() const noexcept { return counters_; }
@@ -105,6 +110,7 @@ private:
     double excess_ = 0.0;  ///< of the gain, at the last pulse
     std::optional<std::int64_t> gain_ns_;
     LaserCounters counters_;
+    std::function<void(std::int64_t)> triggers_;
 };
 
 }  // namespace sc::sim
