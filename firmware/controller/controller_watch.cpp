@@ -200,6 +200,8 @@ std::uint64_t Controller::present_faults(const ServoInputs& in) const noexcept {
     add(!in.digital.estop_closed, Fault::estop_open);
     add((supervisor_.faults() & fault_bit(Fault::interlock_open)) != 0 && !in.digital.interlock_closed,
         Fault::interlock_open);
+    add((supervisor_.faults() & fault_bit(Fault::key_turned)) != 0 && key_mode(in.digital) != KeyMode::production,
+        Fault::key_turned);
     const Fault alarm = fault_of(source_state(machine_.laser.source, in.digital.source_status));
     add(alarm != Fault::none, alarm);
     add(alarm == Fault::none && !laser_healthy(in.digital), Fault::laser_alarm);

@@ -44,7 +44,8 @@ enum class Pin : std::uint8_t {
     shutter_coil,       ///< 1 fed
     beam_way,           ///< 1: the blade lets light pass
 };
-/// Takes levels at each guard period and each tick, changed or not, in order of time but for gate and trigger (some µs).
+/// Takes levels at each guard period and each tick, changed or not, in order of time but for gate and trigger (some
+/// µs).
 using PinSink = std::function<void(std::int64_t t_ns, Pin pin, bool level)>;
 
 /// Takes the place of the guide laser's spot: control time, and the record's places as of a pulse.

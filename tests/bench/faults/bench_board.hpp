@@ -12,14 +12,14 @@ namespace sc::faults {
 
 /// What goes wrong on the controller's own board, from now on.
 struct BoardTrouble {
-    bool reset = false;            ///< the watchdog starts the controller anew, once
-    bool no_plan = false;          ///< the planner gets no time
-    bool rounding = false;         ///< the processor rounds upwards
-    bool bus_off = false;          ///< nothing comes or goes on the drive bus
-    int missed_ticks = 0;          ///< so many control periods are not served
-    int jump_axis = -1;            ///< the place that this axis' drive reports is off
-    int shoved_axis = -1;          ///< the target that this axis' drive gets is off
-    std::int32_t off_counts = 0;   ///< by so much
+    bool reset = false;           ///< the watchdog starts the controller anew, once
+    bool no_plan = false;         ///< the planner gets no time
+    bool rounding = false;        ///< the processor rounds upwards
+    bool bus_off = false;         ///< nothing comes or goes on the drive bus
+    int missed_ticks = 0;         ///< so many control periods are not served
+    int jump_axis = -1;           ///< the place that this axis' drive reports is off
+    int shoved_axis = -1;         ///< the target that this axis' drive gets is off
+    std::int32_t off_counts = 0;  ///< by so much
 };
 
 /// The controller on a board that things can go wrong on.

@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::int64_t kOffsetNs = 330'000;  ///< of the fault within its tick
 constexpr std::int64_t kBlipNs = 250'000;    ///< two samples of the guard, none of a tick
-constexpr std::array<std::string_view, 7> kPhases{"none", "ramp", "cruise", "corner", "jump", "dwell", "turning"};
 
 struct Kind {
     std::string_view name;
@@ -111,6 +110,7 @@ nlohmann::json pack(const Row& row) {
             {"light", number(v.light_us)},
             {"trigger", number(v.trigger_us)},
             {"gate", number(v.gate_us)},
+            {"tick", number(v.tick_us)},
             {"rest", number(v.rest_ms)},
             {"ended", row.ended},
             {"code", row.code}};
@@ -127,6 +127,7 @@ void unpack(const nlohmann::json& json, Row& row) {
     v.light_us = number("light");
     v.trigger_us = number("trigger");
     v.gate_us = number("gate");
+    v.tick_us = number("tick");
     v.rest_ms = number("rest");
     row.ended = json.at("ended");
     row.code = json.at("code");
@@ -151,7 +152,11 @@ std::vector<std::string> fault_names(bool brief) {
 }
 
 std::vector<Row> Campaign::run() {
-    scout();
+    if (options_.path.empty()) {
+        scout();
+    } else {
+        path_ = options_.path;
+    }
     take_out(options_.rule);
     try {
         visit();
@@ -176,71 +181,66 @@ std::vector<Row> Campaign::run() {
     return std::move(rows_);
 }
 
-/// Finds the phases of the job, and what it burns.
+/// What the undisturbed job burns.
 void Campaign::scout() {
     cell_ = std::make_unique<FaultyCell>();
     test::CellRig& rig = cell_->rig();
     rig.make_ready();
     cell_->begin_job();
-    std::size_t first = cell_->instants().size();
-    run_job(link::Verb::start, {}, State::armed);
-    burning_ = moments_of(cell_->instants(), first);
+    run_job(link::Verb::start, State::armed, false);
     path_ = cell_->trace().burns;
     want(path_.size() > 1000, "burn");
-    want(rig.command(link::Verb::disarm).refusal == 0 && rig.until_state(State::idle, 1000), "disarm");
-    cell_->begin_job();
-    first = cell_->instants().size();
-    run_job(link::Verb::preview, {}, State::idle);
-    tracing_ = moments_of(cell_->instants(), first);
 }
 
-Campaign::Moments Campaign::moments_of(const std::vector<Instant>& instants, std::size_t first) {
-    Moments moments;
-    const auto note = [&](const char* phase, std::size_t i) { moments.emplace(static_cast<int>(i - first), phase); };
-    const auto find = [&](std::size_t from, const std::function<bool(std::size_t)>& holds) {
-        for (std::size_t i = from; i + 60 < instants.size(); ++i) {
-            if (holds(i)) {
-                return i;
-            }
-        }
-        throw std::runtime_error("the job has a phase too few");
-    };
-    const std::size_t travel = find(first, [&](std::size_t i) { return instants[i].speed > 150.0; });
-    note("jump", travel);
-    const std::size_t mirrors = find(travel, [&](std::size_t i) { return instants[i].mirrors; });
-    note("dwell", find(travel, [&](std::size_t i) { return instants[i].speed == 0.0 && !instants[i].mirrors; }) + 10);
-    if (instants[mirrors].state != "previewing") {
-        const std::size_t stroke = find(mirrors, [&](std::size_t i) { return instants[i].state == "marking"; });
-        note("cruise", stroke + 8);  // of the mirrors, at 400 mm/s
+std::string_view PhaseFinder::step(const Instant& instant, const std::array<double, 4>& command) {
+    const bool rests = instant.speed == 0.0 && instant.turn == 0.0 && !instant.mirrors;
+    resting_ = rests ? resting_ + 1 : 0;
+    steady_ = std::abs(instant.speed - 60.0) < 0.6 ? steady_ + 1 : 0;
+    strokes_ = instant.mirrors && instant.state == "marking" ? strokes_ + 1 : 0;
+    const std::string_view phase = look(instant, command);
+    if (phase.empty() || std::ranges::find(seen_, phase) != seen_.end()) {
+        return {};
     }
-    const std::size_t line = find(mirrors, [&](std::size_t i) {
-        for (std::size_t k = 0; k < 40; ++k) {
-            if (std::abs(instants[i + k].speed - 60.0) > 0.6) {
-                return false;
-            }
-        }
-        return true;
-    });
-    std::size_t ramp = line;
-    while (instants[ramp].speed > 30.0) {
-        --ramp;
-    }
-    note("ramp", ramp);
-    note("cruise", line + 45);
-    note("corner", find(line, [&](std::size_t i) { return instants[i].climb < 0.0; }) - 2);
-    note("turning", find(line, [&](std::size_t i) { return std::abs(instants[i].turn) > 20.0; }));
-    return moments;
+    seen_.push_back(phase);
+    return phase;
 }
 
-void Campaign::run_job(link::Verb verb, const Moments& moments, State done) {
+std::string_view PhaseFinder::look(const Instant& instant, const std::array<double, 4>& command) {
+    // The bent line begins, and turns, here (mm).
+    const double to_begin = std::hypot(command[0] + 258.0, command[2] + 394.0);
+    const double to_corner = std::hypot(command[0] + 250.0, command[2] + 386.0);
+    if (instant.speed > 150.0) {
+        return "jump";
+    }
+    if (std::abs(instant.turn) > 20.0) {
+        return "turning";
+    }
+    if (resting_ == 10) {
+        return "dwell";
+    }
+    if (strokes_ == 8) {
+        return "stroke";
+    }
+    if (steady_ == 45) {
+        return "cruise";
+    }
+    if (to_begin < 6.0 && instant.acceleration > 0.0 && instant.speed > 25.0 && instant.speed < 59.0) {
+        return "ramp";
+    }
+    if (to_corner < 0.2 && instant.speed > 5.0 && instant.speed < 70.0) {
+        return "corner";
+    }
+    return {};
+}
+
+void Campaign::run_job(link::Verb verb, State done, bool visited) {
     test::CellRig& rig = cell_->rig();
-    const auto begin = cell_->instants().size();
+    PhaseFinder finder;
     want(rig.command(verb).refusal == 0, "start its job");
     for (int limit = 0; limit < 60'000; ++limit) {
-        const int ticks = static_cast<int>(cell_->instants().size() - begin);
-        const auto [from, to] = moments.equal_range(ticks);
-        for (auto moment = from; moment != to; ++moment) {
-            at(moment->second);
+        const std::string_view phase = finder.step(cell_->instants().back(), cell_->trace().axes.back().command);
+        if (visited && !phase.empty()) {
+            at(phase == "stroke" ? "cruise" : std::string(phase));
         }
         if (over() || (rig.state() == done && (rig.status().flags & link::kFlagJobDone) != 0 && limit > 200)) {
             return;
@@ -251,18 +251,17 @@ void Campaign::run_job(link::Verb verb, const Moments& moments, State done) {
 }
 
 /// Runs a job up to a phase of it.
-void Campaign::to_moment(link::Verb verb, const std::string& phase) {
+void Campaign::to_moment(link::Verb verb, const std::string& wanted) {
     cell_->begin_job();
-    const auto begin = cell_->instants().size();
+    PhaseFinder finder;
     want(cell_->rig().command(verb).refusal == 0, "start its job");
-    const Moments& moments = verb == link::Verb::preview ? tracing_ : burning_;
-    int wanted = 0;
-    for (const auto& [ticks, name] : moments) {
-        wanted = name == phase ? ticks : wanted;  // the last one
-    }
-    while (static_cast<int>(cell_->instants().size() - begin) < wanted) {
+    for (int limit = 0; limit < 60'000; ++limit) {
+        if (finder.step(cell_->instants().back(), cell_->trace().axes.back().command) == wanted) {
+            return;
+        }
         cell_->rig().ticks(1);
     }
+    want(false, "come to a phase of its job");
 }
 
 void Campaign::visit() {
@@ -296,7 +295,7 @@ void Campaign::visit() {
 void Campaign::visit_jobs() {
     test::CellRig& rig = cell_->rig();
     cell_->begin_job();
-    run_job(link::Verb::preview, tracing_, State::idle);
+    run_job(link::Verb::preview, State::idle, true);
     if (over()) {
         return;
     }
@@ -313,7 +312,7 @@ void Campaign::visit_jobs() {
     rig.ticks(20);
     at("none");
     cell_->begin_job();
-    run_job(link::Verb::start, burning_, State::armed);
+    run_job(link::Verb::start, State::armed, true);
 }
 
 void Campaign::stop_at(const std::string& phase, const std::string& label) {
@@ -444,21 +443,27 @@ Row Campaign::suffer(Row row) {
     test::CellRig& rig = cell_->rig();
     const Kind& kind = kind_of(combination.fault);
     const bool blip = is_blip(combination.fault);
-    combination.fault_ns = cell_->now_ns() + (kind.broken.empty() ? 0 : kOffsetNs);
+    const std::int64_t offset_ns = rig.state() == State::marking ? cell_->before_trigger() : kOffsetNs;
+    combination.fault_ns = cell_->now_ns() + (kind.broken.empty() ? 0 : offset_ns);
     if (!kind.broken.empty()) {
-        cell_->inject(std::string(kind.broken), kOffsetNs);
+        cell_->inject(std::string(kind.broken), offset_ns);
     }
     if (blip) {
-        cell_->inject(std::string(kind.mended), kOffsetNs + kBlipNs);
+        cell_->inject(std::string(kind.mended), offset_ns + kBlipNs);
     }
     board_fault(cell_->board(), combination.fault, true);
+    if (combination.fault == "galvo_absent" && rig.state() == State::idle) {
+        (void)rig.command(link::Verb::arm);
+    }
     if (combination.fault == "host_silent" || combination.fault == "link_lost") {
         rig.speak(false);
     }
-    rig.ticks(combination.fault == "link_lost" ? 10'300 : 700);
+    rig.ticks(combination.fault == "link_lost" ? 10'300 : combination.state == "boot" ? 4000 : 1000);
     const bool quiet = combination.fault == "host_silent" || combination.fault == "link_cut" ||
                        combination.fault == "link_lost" || combination.fault == "reset";
-    if (rig.state() == State::fault && !quiet) {
+    if (rig.state() == State::fault && !quiet && combination.state != "boot") {
+        rig.speak(true);
+        rig.ticks(60);
         const bool there = kind.persists && !blip;
         for (const auto& [verb, name] : {std::pair{link::Verb::arm, "arm"}, std::pair{link::Verb::start, "start"},
                                          std::pair{link::Verb::resume, "resume"}}) {
@@ -471,7 +476,9 @@ Row Campaign::suffer(Row row) {
             cell_->inject(std::string(kind.mended), kOffsetNs);
         }
         board_fault(cell_->board(), combination.fault, false);
-        rig.ticks(300);
+        // A drive that has been away is set up anew.
+        const bool away = combination.fault == "bus_off" || combination.fault == "drive_silent_y";
+        rig.ticks(away ? 4000 : 300);
         if (combination.state != "fault") {
             (void)cell_->ask(link::Verb::reset_fault, "reset", false);
             rig.ticks(60);

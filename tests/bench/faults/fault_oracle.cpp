@@ -16,6 +16,7 @@ constexpr std::int64_t kLineNs = 1'000;
 constexpr std::int64_t kGuardNs = 110'000;
 constexpr std::int64_t kTickPathNs = 1'010'000;
 constexpr std::int64_t kTickNs = 1'000'000;
+constexpr std::int64_t kCancelNs = 10'000;  ///< from the tick to the shut gate
 // docs/states.md and the type-D sequence.
 constexpr std::int64_t kWarningNs = 500'000'000;
 constexpr std::int64_t kOscillatorWaitNs = 8'000'000;
@@ -29,9 +30,12 @@ constexpr std::int64_t kTurnStopNs = 450'000'000;
 // 0.2 mm and the way until it is believed.
 constexpr double kOffPathMm = 0.02;
 constexpr double kOffPathAxisMm = 0.5;
+// A drive that is told a wrong target runs at its limit of 300 mm/s for a drive cycle and a tick more.
+constexpr double kOffPathShovedMm = 1.1;
 
 using Names = std::span<const std::string_view>;
-constexpr std::array<std::string_view, 7> kLit{"arming", "armed", "running", "marking", "stopping", "held", "held_link"};
+constexpr std::array<std::string_view, 7> kLit{"arming",   "armed", "running",  "marking",
+                                               "stopping", "held",  "held_link"};
 constexpr std::array<std::string_view, 6> kPowered{"enabling", "idle",       "homing",
                                                    "jogging",  "previewing", "preview_stopping"};
 constexpr std::array<std::string_view, 4> kPathStates{"running", "marking", "stopping", "previewing"};
@@ -47,9 +51,9 @@ struct Rule {
     std::string_view fault;
     Path path;
     Seen seen;
-    std::array<int, 4> codes{};          ///< any of them may be the first; docs/codes.md
-    std::int64_t known_within_ns = 0;    ///< to the state `fault`; 0: tick path and one more tick
-    bool controlled = true;              ///< the axes stop by the controller's own ramp
+    std::array<int, 4> codes{};        ///< any of them may be the first; docs/codes.md
+    std::int64_t known_within_ns = 0;  ///< to the state `fault`; 0: tick path and one more tick
+    bool controlled = true;            ///< the axes stop by the controller's own ramp
     bool axis_lies = false;
 };
 
@@ -72,15 +76,16 @@ constexpr std::array kRules{
     Rule{"galvo_blip", Path::guard, Seen::lit, {4}},
     Rule{"galvo_float_low", Path::guard, Seen::lit, {4}},
     Rule{"galvo_float_high", Path::guard, Seen::lit, {4}},
-    Rule{"galvo_absent", Path::slow, Seen::own, {17}, 700'000'000},
+    Rule{"galvo_absent", Path::slow, Seen::own, {17}, 1'200'000'000},  // once it is to be armed
     Rule{"shutter_unplugged", Path::guard, Seen::lit, {18}},
-    Rule{"shutter_blip", Path::guard, Seen::lit, {18}},
+    Rule{"shutter_blip", Path::guard, Seen::own, {18}},
     Rule{"shutter_dropped", Path::slow, Seen::lit, {18}, 70'000'000},
     Rule{"key_off", Path::guard, Seen::lit, {19}},
     Rule{"key_setup", Path::guard, Seen::lit, {19}},
-    Rule{"key_blip", Path::guard, Seen::lit, {19}},
-    Rule{"drive_fault_x", Path::tick, Seen::powered, {5}, 0, false},
-    Rule{"drive_fault_c", Path::tick, Seen::powered, {5}, 0, false},
+    Rule{"key_blip", Path::guard, Seen::own, {19}},
+    // Told by the next status word: a drive cycle, then the tick path and its tick.
+    Rule{"drive_fault_x", Path::slow, Seen::powered, {5}, 4'010'000, false},
+    Rule{"drive_fault_c", Path::slow, Seen::powered, {5}, 4'010'000, false},
     // Two drive cycles without an answer, and the cycle that it came in.
     Rule{"drive_silent_y", Path::slow, Seen::always, {6}, 9'000'000, false},
     Rule{"bus_off", Path::slow, Seen::always, {6}, 9'000'000, false},
@@ -272,7 +277,8 @@ private:
         if (trace_.path == nullptr) {
             return;
         }
-        const double most = rule_ != nullptr && rule_->axis_lies ? kOffPathAxisMm : kOffPathMm;
+        const double lies = fault_.fault == "set_point_jump_x" ? kOffPathShovedMm : kOffPathAxisMm;
+        const double most = rule_ != nullptr && rule_->axis_lies ? lies : kOffPathMm;
         for (auto burn = trace_.burns.rbegin(); burn != trace_.burns.rend(); ++burn) {
             if (burn->t_ns < fault_.fault_ns) {
                 break;
@@ -310,14 +316,21 @@ private:
             if (event.line == Line::trigger && after) {
                 verdict_.trigger_us = static_cast<double>(event.t_ns - fault_.fault_ns) * 1e-3;
             } else if (event.line == Line::gate) {
-                if (after && open && !event.level) {
+                if (after && open && !event.level && !verdict_.gate_us) {
                     verdict_.gate_us = static_cast<double>(event.t_ns - fault_.fault_ns) * 1e-3;
                 }
                 open = event.level;
             }
         }
-        if (open) {
+        if (open && !verdict_.gate_us) {
             verdict_.gate_us = 1e12;
+        }
+        for (const StateSample& sample : trace_.states) {
+            if (sample.t_ns >= fault_.fault_ns && sample.state == "fault" && rule_->path != Path::slow) {
+                // What the tick alone would have done, had nothing been faster.
+                verdict_.tick_us = static_cast<double>(sample.t_ns + kCancelNs - fault_.fault_ns) * 1e-3;
+                break;
+            }
         }
     }
 
@@ -343,6 +356,10 @@ private:
         const std::int64_t gate = gate_limit(*rule_);
         if (verdict_.light_us.value_or(0.0) * 1e3 > static_cast<double>(light)) {
             violate("light goes on", fault_.fault_ns + std::llround(*verdict_.light_us * 1e3));
+        }
+        if (fault_.state != "fault" &&
+            verdict_.tick_us.value_or(0.0) * 1e3 > static_cast<double>(kTickPathNs + kTickNs)) {
+            violate("the tick is late", fault_.fault_ns + std::llround(*verdict_.tick_us * 1e3));
         }
         if (verdict_.trigger_us.value_or(0.0) * 1e3 > static_cast<double>(gate)) {
             violate("edges pass the gate", fault_.fault_ns + std::llround(*verdict_.trigger_us * 1e3));
@@ -430,7 +447,7 @@ private:
         if (moving_ns - fault_.fault_ns > limit) {
             violate("the axes still move", moving_ns);
         }
-        if (rule_->controlled) {
+        if (rule_->controlled && fault_.state != "homing") {
             watch_ramp();
         }
     }
@@ -507,6 +524,9 @@ bool on_path(std::string_view state) { return among(kPathStates, state); }
 }  // namespace
 
 std::string cannot_be(std::string_view fault, std::string_view state, std::string_view phase) {
+    if (fault == "galvo_absent" && lit(state)) {
+        return "a converter that says 'all well' cannot be told from a head that has been proven";
+    }
     const bool dark_state = state == "running" || state == "previewing" || state == "stopping";
     if (phase == "none") {
         return on_path(state) ? "the state has phases of its own" : "";
@@ -526,7 +546,6 @@ std::string cannot_be(std::string_view fault, std::string_view state, std::strin
     if (phase == "ramp" && state == "marking") {
         return "speed is reached before the line begins (run-in, state running)";
     }
-    (void)fault;
     return "";
 }
 
@@ -534,6 +553,9 @@ bool must_trip(std::string_view fault, std::string_view state) {
     const Rule* const rule = rule_of(fault);
     if (rule == nullptr || state.empty()) {
         return false;
+    }
+    if (fault == "reset") {
+        return false;  // it starts anew
     }
     if (state == "fault") {
         return true;  // it stays
@@ -546,7 +568,10 @@ bool must_trip(std::string_view fault, std::string_view state) {
         case Seen::own: break;
     }
     if (fault == "galvo_absent") {
-        return state == "arming";
+        return state == "idle";
+    }
+    if (fault == "key_blip" || fault == "shutter_blip") {
+        return state == "marking";  // between ticks they are asked for only while pulses may leave
     }
     if (fault == "encoder_jump_x" || fault == "set_point_jump_x") {
         return powered(state) && state != "enabling" && state != "homing";

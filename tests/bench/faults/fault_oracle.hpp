@@ -29,6 +29,7 @@ struct Verdict {
     std::optional<double> light_us;    ///< from the fault to the last light
     std::optional<double> trigger_us;  ///< to the last edge that passed the gate
     std::optional<double> gate_us;     ///< to the shut gate
+    std::optional<double> tick_us;     ///< to what the tick does by itself
     std::optional<double> rest_ms;     ///< to axes at rest
 };
 

@@ -50,7 +50,8 @@ void FaultyCell::see_tick() {
     instant.state = state();
     if (!trace_.axes.empty()) {
         const auto& last = trace_.axes.back().command;
-        instant.speed = 1e3 * std::hypot(axes.command[0] - last[0], axes.command[1] - last[1], axes.command[2] - last[2]);
+        instant.speed =
+            1e3 * std::hypot(axes.command[0] - last[0], axes.command[1] - last[1], axes.command[2] - last[2]);
         instant.acceleration = 1e3 * (instant.speed - instants_.back().speed);
         instant.turn = 1e3 * (axes.command[3] - last[3]);
         instant.climb = 1e3 * (axes.command[2] - last[2]);
@@ -81,6 +82,18 @@ bool FaultyCell::ask(link::Verb verb, std::string_view name, bool cause_present)
     const bool granted = rig_->command(verb).refusal == 0;
     trace_.requests.push_back({now_ns(), name, granted, cause_present});
     return granted;
+}
+
+std::int64_t FaultyCell::before_trigger() const {
+    const ServoOutputs& out = rig_->cell().latest();
+    std::int64_t best = 330'000;
+    for (std::size_t i = 0; i < out.laser_size; ++i) {
+        const std::int64_t light = out.laser.at(i).t0_ns + 1'000 - now_ns() - 400;
+        if (light > 250'000 && light < 600'000) {
+            best = light;
+        }
+    }
+    return best;
 }
 
 void FaultyCell::begin_job() {

@@ -37,8 +37,9 @@ public:
     void inject(const std::string& what, std::int64_t after_ns);
     /// Sends a command; its answer, and when it came, stand in the trace too.
     bool ask(link::Verb verb, std::string_view name, bool cause_present);
-    /// From power-up to a cell at rest whose axes have been homed; `at` is called in each state on the way.
     void begin_job();
+    /// From now to 0.4 µs before the light of a trigger that is on its way, ns.
+    [[nodiscard]] std::int64_t before_trigger() const;
     static std::vector<Item> job();
 
 private:
