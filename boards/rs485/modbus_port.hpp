@@ -12,7 +12,7 @@
 #include "firmware/hal/io.hpp"
 #include "shared/machine/sensors.hpp"
 
-struct _modbus;
+struct _modbus;  // NOLINT(bugprone-reserved-identifier): libmodbus's own name
 
 namespace sc::rs485 {
 

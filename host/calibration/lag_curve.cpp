@@ -16,10 +16,10 @@ constexpr double kStep = 2e-6;
 
 LagCurve::LagCurve(const LagLine& line) : line_(line) {
     wave_ = line.amplitude != 0.0 && line.wavelength > 0.0 ? 2.0 * kPi / line.wavelength : 0.0;
-    const double steps = std::max(1.0, std::ceil(line.run / kStep));
+    const auto steps = static_cast<int>(std::max(1.0, std::ceil(line.run / kStep)));
     step_ = line.run / steps;
     distance_.push_back(0.0);
-    for (double i = 0.0; i < steps; i += 1.0) {
+    for (int i = 0; i < steps; ++i) {
         // Simpson's rule on a step.
         const auto stretch = [&](double u) { return std::hypot(1.0, slope_at(u)); };
         const double u = i * step_;

@@ -112,7 +112,7 @@ void add_split_spiral(Job& job) {
     for (int i = 0; i < kSplitPoints; ++i) {
         const double radius = 11.0 + 3.0 * i / kSplitPoints;
         length += i > 0 ? kChord * 1e3 : 0.0;
-        for (; knots < static_cast<int>((length + 5.0) / kSpacing + 0.5) + 4; ++knots) {
+        for (; knots < static_cast<int>(std::lround((length + 5.0) / kSpacing)) + 4; ++knots) {
             job.add(
                 StageKnot{wire(kCentreMm.x + kDrift * kSpacing * (knots - 1)), wire(kCentreMm.y), wire(kCentreMm.z)});
         }

@@ -138,7 +138,7 @@ int measure_live(const LiveOptions& options) {
     LivePage page(options.port);
     std::fprintf(stderr, "page: http://127.0.0.1:%d/ (Ctrl-C ends)\n", page.port());
     Latest latest(options.readings);
-    StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
+    const StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
     page.show(refusal_svg("-", nothing));
     const bool terminal = ::isatty(STDOUT_FILENO) == 1;
     auto last_line = Clock::now();

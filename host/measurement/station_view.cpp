@@ -187,7 +187,6 @@ std::string station_svg(const StationResult& result, const Correction* correctio
 std::string refusal_svg(const std::string& station, const StationRefusal& refusal) {
     std::string body = text_at(24.0, 36.0, "f", "Station " + station);
     body += text_at(24.0, 120.0, "bad", "no figures: " + std::string(name_of(refusal.problem)));
-    std::string line;
     double y = 160.0;
     for (std::size_t at = 0; at < refusal.text.size();) {
         const std::size_t end = std::min(refusal.text.find(' ', at + 95), refusal.text.size());

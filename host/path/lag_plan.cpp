@@ -111,8 +111,8 @@ private:
         begin.anchor_z = wire(line.anchor.z);
         out_.items.emplace_back(begin);
         const LagCurve curve(line);
-        const double parts = line.amplitude > 0.0 ? std::ceil(line.run / kPointSpacing) : 1.0;
-        for (double i = 0.0; i <= parts; i += 1.0) {
+        const int parts = line.amplitude > 0.0 ? static_cast<int>(std::ceil(line.run / kPointSpacing)) : 1;
+        for (int i = 0; i <= parts; ++i) {
             const std::array<double, 2> place = curve.place_of(line.run * i / parts);
             out_.items.emplace_back(
                 PathPoint{begin.anchor_x + wire(place[0]), begin.anchor_y, begin.anchor_z + wire(place[1])});

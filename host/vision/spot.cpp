@@ -288,7 +288,8 @@ std::vector<Region> dots_among(const std::vector<Region>& regions, const cv::Mat
         return {};
     }
     // Largest first: what is beside the dots is dirt, smaller than half a dot.
-    const double middle = out[count / 2].area;
+    const std::size_t half = count / 2;
+    const double middle = out[half].area;
     std::erase_if(out, [&](const Region& region) {
         return region.area < (1.0 - kDotSizes) * middle || region.area > (1.0 + kDotSizes) * middle;
     });

@@ -48,7 +48,10 @@ std::optional<Ground> ground_of(const cv::Mat& m, const Circle& circle, const Ou
     double xx = 0.0;
     double yy = 0.0;
     double xy = 0.0;
-    for (double r = settings.background_from * circle.radius; r <= settings.background_to * circle.radius; r += 1.0) {
+    const double first = settings.background_from * circle.radius;
+    const int rings = static_cast<int>(settings.background_to * circle.radius - first) + 1;
+    for (int ring = 0; ring < rings; ++ring) {
+        const double r = first + ring;
         const int spokes = std::max(kSpokes, static_cast<int>(std::numbers::pi * r));
         for (int k = 0; k < spokes; ++k) {
             const double t = std::numbers::pi * k / spokes;
@@ -82,8 +85,11 @@ double top_of(const cv::Mat& m, const Circle& circle, const Ground& ground) {
     double sum = 0.0;
     double n = 0.0;
     const double reach = std::max(1.0, kTopPart * circle.radius);
-    for (double dy = -reach; dy <= reach; dy += 0.5) {
-        for (double dx = -reach; dx <= reach; dx += 0.5) {
+    const int steps = static_cast<int>(4.0 * reach) + 1;
+    for (int row = 0; row < steps; ++row) {
+        const double dy = 0.5 * row - reach;
+        for (int column = 0; column < steps; ++column) {
+            const double dx = 0.5 * column - reach;
             if (dx * dx + dy * dy <= reach * reach) {
                 sum += bilinear(m, circle.x + dx, circle.y + dy) - ground.at(dx, dy);
                 n += 1.0;
@@ -102,7 +108,8 @@ std::vector<std::array<double, 2>> outline_at(const cv::Mat& m, const Circle& ci
         const double c = std::cos(t);
         const double s = std::sin(t);
         double before = 1.0;
-        for (double r = 0.0; r <= search; r += kStepPx) {
+        for (int step = 0; step * kStepPx <= search; ++step) {
+            const double r = step * kStepPx;
             const double x = circle.x + r * c;
             const double y = circle.y + r * s;
             if (x < 0.0 || y < 0.0 || x > m.cols - 1.0 || y > m.rows - 1.0) {

@@ -43,11 +43,12 @@ Field smooth_noise(const Box& box, double grain, Random& random) {
         for (int y = 0; y < box.height; ++y) {
             for (int x = 0; x < box.width; ++x) {
                 double sum = 0.0;
-                for (int k = -reach; k <= reach; ++k) {
+                for (std::size_t i = 0; i < kernel.size(); ++i) {
+                    const int k = static_cast<int>(i) - reach;
                     // Wrapped at the edges: the statistics stay the same everywhere.
                     const int xx = rows ? (x + k + box.width) % box.width : x;
                     const int yy = rows ? y : (y + k + box.height) % box.height;
-                    sum += kernel[static_cast<std::size_t>(k + reach)] * field[cell(box, xx, yy)];
+                    sum += kernel[i] * field[cell(box, xx, yy)];
                 }
                 out[cell(box, x, y)] = sum;
             }
