@@ -16,6 +16,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/measure_link.hpp"
 #include "host/cli/measure_live.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -39,6 +40,8 @@ constexpr const char* kExamples = R"(Examples:
       stations of known pose first: if they do not fit (swapped sensors, a head that was hit), nothing is measured
   scribecell measure readings.csv --calibration head.toml --live
       follows a file that grows (or - for stdin) and shows the workpiece as it is turned
+  scribecell measure --link serial:/dev/ttyUSB0 --calibration head.toml --live
+      the same from the three sensors of a cell; sim: is a simulated one
 
 Exit codes: 0 all stations have figures; 1 a station was refused; 2 bad input or usage; 130 Ctrl-C.)";
 
@@ -55,6 +58,9 @@ struct Words {
     bool live = false;
     double idle_s = 60.0;
     int port = 0;
+    int most = 0;
+    std::string link;
+    LinkOptions link_options;
 };
 
 struct Measured {
@@ -219,9 +225,11 @@ void write_pictures(const std::string& folder, const std::vector<Measured>& all)
     std::filesystem::create_directories(folder);
     int number = 0;
     for (const Measured& m : all) {
-        const std::filesystem::path file = std::filesystem::path(folder) / fmt::format("station_{:04}.svg", ++number);
-        write_text_file(file, m.result ? station_svg(*m.result, m.correction ? &*m.correction : nullptr)
-                                       : refusal_svg(m.station, *m.refusal));
+        const std::filesystem::path file = std::filesystem::path(folder) / fmt::format("station_{:04}", ++number);
+        const Drawing drawing = m.result ? station_drawing(*m.result, m.correction ? &*m.correction : nullptr)
+                                         : refusal_drawing(m.station, *m.refusal);
+        write_text_file(file.string() + ".svg", svg_of(drawing));
+        write_png(file.string() + ".png", pixels_of(drawing));
     }
 }
 
@@ -262,20 +270,56 @@ int run_batch(const Words& words, const CalibrationSet& set, const StationJob& j
     return refused ? kFailed : kDone;
 }
 
+[[noreturn]] void refuse_words(const std::string& problem, const std::string& action) {
+    throw InputError({.file = {}, .problem = problem, .value = {}, .action = action});
+}
+
+void check(const Words& words) {
+    if (words.link.empty() && (words.link_options.world || words.link_options.script)) {
+        refuse_words("--world and --script belong to the simulated cell", "give them with --link sim:");
+    }
+    if (words.link.empty()) {
+        return;
+    }
+    if (!words.live) {
+        refuse_words("--link gives readings as they come", "add --live, or name a file of readings");
+    }
+    if (!words.readings.empty()) {
+        refuse_words("there are two sources of readings", "give a file or --link");
+    }
+    if (!is_simulated(words.link) && (words.link_options.world || words.link_options.script)) {
+        refuse_words("--world and --script belong to the simulated cell", "use --link sim:");
+    }
+}
+
+int run_live(const Words& words, const TripleRecord& head, const StationJob& job, const StationOptions& options) {
+    const bool cell = !words.link.empty();
+    return measure_live({.source = cell ? link_source(words.link, words.link_options) : line_source(words.readings),
+                         .name = cell ? words.link : words.readings,
+                         .head = head,
+                         .options = options,
+                         .job = job,
+                         .idle_s = words.idle_s,
+                         .port = words.port,
+                         .most = words.most});
+}
+
 int run(Words words) {
+    check(words);
     install_stop_signals();
     const StationJob job = words.job.empty() ? default_station_job() : read_station_job(words.job);
     if (words.calibration.empty()) {
         words.calibration = job.calibration.string();
     }
-    if (words.readings.empty()) {
+    if (words.readings.empty() && words.link.empty()) {
         words.readings = job.readings.string();
     }
-    if (words.calibration.empty() || words.readings.empty()) {
-        throw InputError({.file = words.job,
-                          .problem = words.calibration.empty() ? "no calibration is named" : "no readings are named",
-                          .value = {},
-                          .action = "give them on the command line or in --job"});
+    if (words.calibration.empty() || (words.readings.empty() && words.link.empty())) {
+        throw InputError(
+            {.file = words.job,
+             .problem = words.calibration.empty() ? "no calibration is named" : "no readings are named",
+             .value = {},
+             .action = "give them on the command line or in --job; with --live --link can stand for readings"});
     }
     const CalibrationSet set = read_calibration(words.calibration);
     if (!set.triple) {
@@ -287,12 +331,7 @@ int run(Words words) {
     StationOptions options = options_of(job);
     options.estimator = words.median ? Estimator::median : Estimator::mean;
     if (words.live) {
-        return measure_live({.readings = words.readings,
-                             .head = *set.triple,
-                             .options = options,
-                             .job = job,
-                             .idle_s = words.idle_s,
-                             .port = words.port});
+        return run_live(words, *set.triple, job, options);
     }
     return run_batch(words, set, job, options);
 }
@@ -313,12 +352,20 @@ void add_measure(CLI::App& app, int& exit_code) {
     sub->add_flag("--median", words->median, "the median of the readings, as the paper has it");
     sub->add_option("--database", words->database, "SQLite file to add the figures to")->type_name("FILE");
     sub->add_option("--robot-out", words->robot_out, "folder for the frames: CSV, KUKA, ABB, FANUC")->type_name("DIR");
-    sub->add_option("--pictures", words->pictures, "folder for a picture of each station (SVG)")->type_name("DIR");
+    sub->add_option("--pictures", words->pictures, "folder for a picture of each station (SVG and PNG)")
+        ->type_name("DIR");
     sub->add_flag("--live", words->live, "follow the readings, and show each as it comes");
     sub->add_option("--idle", words->idle_s, "--live: ends after so many seconds without a reading")
         ->type_name("S")
         ->check(CLI::Range(0.1, 86400.0))
         ->capture_default_str();
+    sub->add_option("--most", words->most, "--live: ends after so many readings; 0 = never")
+        ->type_name("N")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    sub->add_option("--link", words->link, "--live: the sensors of this cell in place of a file")->type_name("URL");
+    sub->add_option("--world", words->link_options.world, "--link sim: world of the simulated cell")->type_name("FILE");
+    sub->add_option("--script", words->link_options.script, "--link sim: its script of faults")->type_name("FILE");
     sub->add_option("--port", words->port, "--live: port of the page on this computer; 0 = any that is free")
         ->type_name("N")
         ->check(CLI::Range(0, 65535))

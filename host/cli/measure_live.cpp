@@ -134,18 +134,24 @@ LineSource line_source(const std::string& readings) {
 
 int measure_live(const LiveOptions& options) {
     using Clock = std::chrono::steady_clock;
-    const LineSource source = line_source(options.readings);
     LivePage page(options.port);
     std::fprintf(stderr, "page: http://127.0.0.1:%d/ (Ctrl-C ends)\n", page.port());
+<<<<<<< HEAD
     Latest latest(options.readings);
     const StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
     page.show(refusal_svg("-", nothing));
+=======
+    Latest latest(options.name);
+    StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
+    page.show(svg_of(refusal_drawing("-", nothing)));
+>>>>>>> h8-wip
     const bool terminal = ::isatty(STDOUT_FILENO) == 1;
     auto last_line = Clock::now();
     bool refused = true;
-    while (!stop_requested()) {
+    int taken = 0;
+    while (!stop_requested() && (options.most == 0 || taken < options.most)) {
         page.serve(0);
-        const std::optional<std::string> line = source();
+        const std::optional<std::string> line = options.source();
         if (!line) {
             break;
         }
@@ -157,13 +163,17 @@ int measure_live(const LiveOptions& options) {
             continue;
         }
         last_line = Clock::now();
-        if (!latest.take(*line) || latest.station().readings.size() < options.options.fewest) {
+        if (!latest.take(*line)) {
+            continue;
+        }
+        ++taken;
+        if (latest.station().readings.size() < options.options.fewest) {
             continue;
         }
         const auto result = measure_station(options.head, latest.station(), options.options);
         refused = !result;
         if (!result) {
-            page.show(refusal_svg(latest.station().id, result.error()));
+            page.show(svg_of(refusal_drawing(latest.station().id, result.error())));
             std::printf("%sstation %s: no figures, %s: %s\n", terminal ? "\033[2J\033[H" : "",
                         latest.station().id.c_str(), name_of(result.error().problem), result.error().text.c_str());
             std::fflush(stdout);
@@ -173,7 +183,7 @@ int measure_live(const LiveOptions& options) {
         if (options.job.target && !options.job.target->same) {
             correction = correction_of(*result, *options.job.target, options.job);
         }
-        page.show(station_svg(*result, correction ? &*correction : nullptr));
+        page.show(svg_of(station_drawing(*result, correction ? &*correction : nullptr)));
         // A terminal shows the views, drawn over and over; a file gets a line a reading.
         std::printf("%s%s", terminal ? "\033[2J\033[H" : "",
                     terminal ? station_page(*result, correction ? &*correction : nullptr).c_str()

@@ -15,44 +15,24 @@ namespace {
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kMm = 1e3;
-constexpr const char* kStyle =
-    "<style>text{font:14px sans-serif;fill:#1d2733}.h{font:600 16px sans-serif}.f{font:600 26px sans-serif}"
-    ".s{fill:#5b6876;font-size:12px}.r{stroke:#3a6ea5;stroke-width:4;fill:none}.o{stroke:#c4562b;stroke-width:4}"
-    ".b{stroke:#d33;stroke-width:1.2;stroke-dasharray:5 4}.d{fill:#d33}.n{fill:#fff;font:600 12px sans-serif}"
-    ".g{stroke:#d7dde3;stroke-width:1;fill:none}.p{fill:#f6f8fa;stroke:#d7dde3}.a{stroke:#1d2733;stroke-width:1.5;"
-    "fill:none}.bad{fill:#b3261e;font:600 22px sans-serif}</style>";
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text) {
-        switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            default: out += c;
-        }
-    }
-    return out;
+void text_at(Drawing& d, double x, double y, Font font, std::string text, Anchor anchor = Anchor::start) {
+    d.shapes.emplace_back(Drawing::Text{{x, y}, font, anchor, std::move(text)});
 }
 
-std::string text_at(double x, double y, const char* css, const std::string& text, const char* anchor = "start") {
-    return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" class=\"{}\" text-anchor=\"{}\">{}</text>\n", x, y, css, anchor,
-                       escaped(text));
+void line_at(Drawing& d, double x1, double y1, double x2, double y2, Stroke stroke) {
+    d.shapes.emplace_back(Drawing::Line{{x1, y1}, {x2, y2}, stroke});
 }
 
-std::string line_at(double x1, double y1, double x2, double y2, const char* css) {
-    return fmt::format("<line x1=\"{:.1f}\" y1=\"{:.1f}\" x2=\"{:.1f}\" y2=\"{:.1f}\" class=\"{}\"/>\n", x1, y1, x2, y2,
-                       css);
+void dot_at(Drawing& d, double x, double y, const std::string& number) {
+    d.shapes.emplace_back(Drawing::Disc{{x, y}, 10.0});
+    text_at(d, x, y + 4.5, Font::number, number, Anchor::middle);
 }
 
-std::string dot_at(double x, double y, const std::string& number) {
-    return fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"10\" class=\"d\"/>", x, y) +
-           text_at(x, y + 4.5, "n", number, "middle");
-}
-
-std::string frame(const std::string& body) {
-    return "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 900 520\" width=\"900\" height=\"520\">" +
-           std::string(kStyle) + "<rect width=\"900\" height=\"520\" fill=\"#fff\"/>\n" + body + "</svg>\n";
+Drawing sheet() {
+    Drawing d;
+    d.width = 900;
+    d.height = 520;
+    return d;
 }
 
 struct Box {
@@ -85,7 +65,7 @@ std::array<double, 2> span_of(const std::vector<double>& values) {
 }
 
 /// Seen along the beams: y of r to the right, z up.
-std::string front_view(const StationResult& r, const Box& box) {
+void front_view(Drawing& d, const StationResult& r, const Box& box) {
     std::vector<double> y{r.at[0]};
     std::vector<double> z{0.0, r.at[1]};
     for (const Vec3& spot : r.spots) {
@@ -93,52 +73,47 @@ std::string front_view(const StationResult& r, const Box& box) {
         z.push_back(spot.z);
     }
     const Scale s = fit(box, span_of(y), span_of(z));
-    std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n",
-                                  box.left, box.top, box.width, box.height);
-    out += text_at(box.left + 12.0, box.top + 22.0, "h", "Front view");
-    out += line_at(box.left + 20.0, s.y(0.0), box.left + box.width - 20.0, s.y(0.0), "r");
-    out += text_at(box.left + 22.0, s.y(0.0) + 17.0, "s", "reference plane");
+    d.shapes.emplace_back(Drawing::Panel{{box.left, box.top}, {box.width, box.height}});
+    text_at(d, box.left + 12.0, box.top + 22.0, Font::heading, "Front view");
+    line_at(d, box.left + 20.0, s.y(0.0), box.left + box.width - 20.0, s.y(0.0), Stroke::reference);
+    text_at(d, box.left + 22.0, s.y(0.0) + 17.0, Font::small, "reference plane");
     for (std::size_t i = 0; i < 3; ++i) {
         const Vec3& a = r.spots[i];
         const Vec3& b = r.spots[(i + 1) % 3];
-        out += line_at(s.x(a.y), s.y(a.z), s.x(b.y), s.y(b.z), "g");
+        line_at(d, s.x(a.y), s.y(a.z), s.x(b.y), s.y(b.z), Stroke::guide);
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        out += dot_at(s.x(r.spots[i].y), s.y(r.spots[i].z), std::to_string(i + 1));
-        out += text_at(s.x(r.spots[i].y), s.y(r.spots[i].z) + 26.0, "s", fmt::format("{:.2f} mm", r.reading[i] * kMm),
-                       "middle");
+        dot_at(d, s.x(r.spots[i].y), s.y(r.spots[i].z), std::to_string(i + 1));
+        text_at(d, s.x(r.spots[i].y), s.y(r.spots[i].z) + 26.0, Font::small,
+                fmt::format("{:.2f} mm", r.reading[i] * kMm), Anchor::middle);
     }
-    return out;
 }
 
 /// Seen along −y of r: x (along the beams) to the right, z up; both planes are seen edge on.
-std::string side_view(const StationResult& r, const Box& box) {
+void side_view(Drawing& d, const StationResult& r, const Box& box) {
     // The face's edge in this plane, through (distance, at).
     const double tan_up = -r.normal.z / r.normal.x;  // dx/dz of the face
     const auto face_x = [&](double z) { return r.distance + tan_up * (z - r.at[1]); };
     const double top = std::max({r.spots[0].z, r.spots[1].z, r.spots[2].z}) + 0.02;
     const std::array x{std::min(0.0, face_x(0.0)), std::max({face_x(0.0), face_x(top), 0.05})};
     const Scale s = fit(box, x, {0.0, top});
-    std::string out = fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"6\" class=\"p\"/>\n",
-                                  box.left, box.top, box.width, box.height);
-    out += text_at(box.left + 12.0, box.top + 22.0, "h", "Top view");
-    out += line_at(s.x(x[0]) - 12.0, s.y(0.0), s.x(x[1]) + 12.0, s.y(0.0), "r");
-    out += line_at(s.x(face_x(0.0)), s.y(0.0), s.x(face_x(top)), s.y(top), "o");
+    d.shapes.emplace_back(Drawing::Panel{{box.left, box.top}, {box.width, box.height}});
+    text_at(d, box.left + 12.0, box.top + 22.0, Font::heading, "Top view");
+    line_at(d, s.x(x[0]) - 12.0, s.y(0.0), s.x(x[1]) + 12.0, s.y(0.0), Stroke::reference);
+    line_at(d, s.x(face_x(0.0)), s.y(0.0), s.x(face_x(top)), s.y(top), Stroke::object);
     for (std::size_t i = 0; i < 3; ++i) {
-        out += line_at(s.x(0.0), s.y(r.spots[i].z), s.x(r.spots[i].x), s.y(r.spots[i].z), "b");
-        out += dot_at(s.x(r.spots[i].x), s.y(r.spots[i].z), std::to_string(i + 1));
+        line_at(d, s.x(0.0), s.y(r.spots[i].z), s.x(r.spots[i].x), s.y(r.spots[i].z), Stroke::beam);
+        dot_at(d, s.x(r.spots[i].x), s.y(r.spots[i].z), std::to_string(i + 1));
     }
-    out += text_at(s.x(x[0]), s.y(0.0) + 18.0, "s", "reference plane");
-    out += text_at(s.x(face_x(top)) - 8.0, s.y(top) - 8.0, "s", "object plane", "end");
+    text_at(d, s.x(x[0]), s.y(0.0) + 18.0, Font::small, "reference plane");
+    text_at(d, s.x(face_x(top)) - 8.0, s.y(top) - 8.0, Font::small, "object plane", Anchor::end);
     // The angle, as an arc about the corner.
     const double radius = 46.0;
     const double cx = s.x(face_x(0.0));
     const double cy = s.y(0.0);
-    const double end = std::numbers::pi - r.about_y;
-    out += fmt::format("<path d=\"M{:.1f} {:.1f} A{r} {r} 0 0 1 {:.1f} {:.1f}\" class=\"a\"/>\n", cx - radius, cy,
-                       cx + radius * std::cos(end), cy - radius * std::sin(end), fmt::arg("r", radius));
-    out += text_at(cx - radius - 8.0, cy - 14.0, "h", fmt::format("{:.2f}\u00b0", r.angle / kDegree), "end");
-    return out;
+    d.shapes.emplace_back(Drawing::Arc{{cx, cy}, radius, {std::numbers::pi, std::numbers::pi - r.about_y}});
+    text_at(d, cx - radius - 8.0, cy - 14.0, Font::heading, fmt::format("{:.2f}\u00b0", r.angle / kDegree),
+            Anchor::end);
 }
 
 struct FigureLine {
@@ -161,40 +136,42 @@ std::vector<FigureLine> figures_of(const StationResult& r) {
 
 }  // namespace
 
-std::string station_svg(const StationResult& result, const Correction* correction) {
-    std::string body = text_at(24.0, 36.0, "f", "Station " + result.id);
+Drawing station_drawing(const StationResult& result, const Correction* correction) {
+    Drawing d = sheet();
+    text_at(d, 24.0, 36.0, Font::figure, "Station " + result.id);
     if (result.rail) {
-        body += text_at(876.0, 36.0, "s", fmt::format("rail {:.1f} mm", *result.rail * kMm), "end");
+        text_at(d, 876.0, 36.0, Font::small, fmt::format("rail {:.1f} mm", *result.rail * kMm), Anchor::end);
     }
-    body += front_view(result, {24.0, 56.0, 300.0, 300.0});
-    body += side_view(result, {340.0, 56.0, 536.0, 300.0});
+    front_view(d, result, {24.0, 56.0, 300.0, 300.0});
+    side_view(d, result, {340.0, 56.0, 536.0, 300.0});
     double x = 24.0;
     for (const FigureLine& figure : figures_of(result)) {
-        body += text_at(x, 388.0, "s", figure.name);
-        body += text_at(x, 416.0, "f", figure.value);
-        body += text_at(x, 438.0, "s", figure.uncertainty + " (95 %)");
+        text_at(d, x, 388.0, Font::small, figure.name);
+        text_at(d, x, 416.0, Font::figure, figure.value);
+        text_at(d, x, 438.0, Font::small, figure.uncertainty + " (95 %)");
         x += 218.0;
     }
-    body += text_at(24.0, 470.0, "s",
-                    fmt::format("{} readings, noise {:.3f} mm{}, {} left out", result.used, result.noise * kMm,
-                                result.noisier ? " (more than calibrated)" : "", result.left_out));
+    text_at(d, 24.0, 470.0, Font::small,
+            fmt::format("{} readings, noise {:.3f} mm{}, {} left out", result.used, result.noise * kMm,
+                        result.noisier ? " (more than calibrated)" : "", result.left_out));
     if (correction != nullptr) {
-        body += text_at(24.0, 498.0, "h", correction_text(*correction));
+        text_at(d, 24.0, 498.0, Font::heading, correction_text(*correction));
     }
-    return frame(body);
+    return d;
 }
 
-std::string refusal_svg(const std::string& station, const StationRefusal& refusal) {
-    std::string body = text_at(24.0, 36.0, "f", "Station " + station);
-    body += text_at(24.0, 120.0, "bad", "no figures: " + std::string(name_of(refusal.problem)));
+Drawing refusal_drawing(const std::string& station, const StationRefusal& refusal) {
+    Drawing d = sheet();
+    text_at(d, 24.0, 36.0, Font::figure, "Station " + station);
+    text_at(d, 24.0, 120.0, Font::warning, "no figures: " + std::string(name_of(refusal.problem)));
     double y = 160.0;
     for (std::size_t at = 0; at < refusal.text.size();) {
-        const std::size_t end = std::min(refusal.text.find(' ', at + 95), refusal.text.size());
-        body += text_at(24.0, y, "h", refusal.text.substr(at, end - at));
+        const std::size_t end = std::min(refusal.text.find(' ', at + 85), refusal.text.size());
+        text_at(d, 24.0, y, Font::heading, refusal.text.substr(at, end - at));
         at = end == refusal.text.size() ? end : end + 1;
         y += 26.0;
     }
-    return frame(body);
+    return d;
 }
 
 std::string station_page(const StationResult& result, const Correction* correction) {

@@ -31,6 +31,53 @@ void expect_bad_edit(const std::string& from, const std::string& to, const std::
     expect_bad(text, line_with(text, to) + lines, value, problem);
 }
 
+/// The example with tables at its end.
+std::string with_tables(const std::string& tables) { return slurp(kExample) + tables; }
+
+TEST(ReadJob, SurfaceAndSeatingAreOffUnlessAskedFor) {
+    const Job job = read_job(kExample);
+    EXPECT_FALSE(job.surface);
+    EXPECT_FALSE(job.seating);
+}
+
+TEST(ReadJob, ReadsSurfaceAndSeating) {
+    const TempDir dir;
+    const auto path = dir.write("job.toml", with_tables("[surface]\nmode = \"follow\"\nwindow_mm = 2.0\n"
+                                                        "bound_mm = 0.5\n[seating]\nexpected_mm = [180.1, 190.2, "
+                                                        "200.3]\ntolerance_mm = 0.2\ntilt_mm = 0.3\nsamples = 20\n"));
+    const Job job = read_job(path);
+    ASSERT_TRUE(job.surface);
+    EXPECT_TRUE(job.surface->follow);
+    EXPECT_DOUBLE_EQ(job.surface->window.si(), 2e-3);
+    EXPECT_DOUBLE_EQ(job.surface->bound.si(), 5e-4);
+    ASSERT_TRUE(job.seating);
+    EXPECT_DOUBLE_EQ(job.seating->expected.at(1), 0.1902);
+    EXPECT_DOUBLE_EQ(job.seating->tolerance.si(), 2e-4);
+    EXPECT_DOUBLE_EQ(job.seating->tilt.si(), 3e-4);
+    EXPECT_EQ(job.seating->samples, 20);
+    const auto check = dir.write("check.toml", with_tables("[surface]\nmode = \"check\"\nwindow_mm = 2.0\n"));
+    EXPECT_FALSE(read_job(check).surface->follow);
+}
+
+TEST(ReadJob, RefusesSurfaceAndSeatingThatMakeNoSense) {
+    const auto bad = [](const std::string& tables) {
+        const TempDir dir;
+        const auto path = dir.write("job.toml", with_tables(tables));
+        EXPECT_THROW(static_cast<void>(read_job(path)), InputError) << tables;
+    };
+    const std::string seating = "[seating]\nexpected_mm = [180.1, 190.2, 200.3]\n";
+    bad("[surface]\nmode = \"guess\"\nwindow_mm = 2.0\n");
+    bad("[surface]\nmode = \"check\"\n");
+    bad("[surface]\nmode = \"check\"\nwindow_mm = 500.0\n");
+    bad("[surface]\nmode = \"check\"\nwindow_mm = 2.0\nbound_mm = 0.5\n");
+    bad("[surface]\nmode = \"follow\"\nwindow_mm = 2.0\n");
+    bad("[seating]\nexpected_mm = [180.1, 190.2]\ntolerance_mm = 0.2\ntilt_mm = 0.3\n");
+    bad("[seating]\nexpected_mm = [180.1, -190.2, 200.3]\ntolerance_mm = 0.2\ntilt_mm = 0.3\n");
+    bad(seating + "tolerance_mm = 0.2\n");
+    bad(seating + "tolerance_mm = 0.2\ntilt_mm = 0.3\nsamples = 0\n");
+    bad(seating + "tolerance_mm = 0.2\ntilt_mm = 0.3\nsample = 10\n");
+}
+
 TEST(ReadJob, ReadsTheExample) {
     const Job job = read_job(kExample);
     EXPECT_EQ(job.name, "ras3dm");
