@@ -79,7 +79,8 @@ private:
         if (!fresh) {
             // A comma would end the column.
             std::replace(fault.begin(), fault.end(), ',', ';');
-            return fmt::format("cell,,,,,{}", fault.empty() ? "no new value from all three sensors" : fault);
+            return fmt::format("cell,,,,{:.3f},{}", age_us * 1e-3,
+                               fault.empty() ? "no new value from all three sensors" : fault);
         }
         std::copy_n(report.count.begin() + kFirst, 3, seen_.begin());
         return fmt::format("cell,{:.4f},{:.4f},{:.4f},{:.3f},", mm(report.value.at(kFirst)),

@@ -136,15 +136,9 @@ int measure_live(const LiveOptions& options) {
     using Clock = std::chrono::steady_clock;
     LivePage page(options.port);
     std::fprintf(stderr, "page: http://127.0.0.1:%d/ (Ctrl-C ends)\n", page.port());
-<<<<<<< HEAD
-    Latest latest(options.readings);
-    const StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
-    page.show(refusal_svg("-", nothing));
-=======
     Latest latest(options.name);
-    StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
+    const StationRefusal nothing{StationProblem::too_few, "no reading has come yet"};
     page.show(svg_of(refusal_drawing("-", nothing)));
->>>>>>> h8-wip
     const bool terminal = ::isatty(STDOUT_FILENO) == 1;
     auto last_line = Clock::now();
     bool refused = true;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What must hold for any head, any plane and any readings. The readings are worked out here, by the meeting of a line
 // and a plane, and share nothing with the code that takes them apart.
+#include "host/measurement/station.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +16,6 @@
 #include "host/measurement/correction.hpp"
 #include "host/measurement/head_model.hpp"
 #include "host/measurement/location.hpp"
-#include "host/measurement/station.hpp"
 
 namespace sc::host {
 namespace {
