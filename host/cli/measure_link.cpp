@@ -35,7 +35,7 @@ bool starting(std::uint16_t code) {
 
 class CellRows {
 public:
-    CellRows(std::string url, const LinkOptions& options)
+    CellRows(const std::string& url, const LinkOptions& options)
         : simulated_(is_simulated(url)),
           transport_(open_transport(url, options)),
           client_(*transport_, {.session = std::random_device{}()}) {

@@ -167,7 +167,8 @@ public:
         const double dx = line.to[0] - line.from[0];
         const double dy = line.to[1] - line.from[1];
         const double length = std::hypot(dx, dy);
-        for (double s = 0.0; s < length; s += kDash + kGap) {
+        for (int dash = 0; dash * (kDash + kGap) < length; ++dash) {
+            const double s = dash * (kDash + kGap);
             const double e = std::min(s + kDash, length);
             cv::line(picture_, fine({line.from[0] + dx * s / length, line.from[1] + dy * s / length}),
                      fine({line.from[0] + dx * e / length, line.from[1] + dy * e / length}), scalar(pen.colour), width,

@@ -24,14 +24,16 @@ using namespace sc::faults;
 
 struct Arguments {
     bool brief = false;
+    bool strict = false;
     bool mutants = false;
     std::string raw;
     unsigned only = 0;
 };
 
 constexpr const char* kUsage =
-    "usage: scribecell-fault-bench [--brief] [--raw DIR]\n"
-    "       scribecell-fault-mutants [--mutants [--only N]] [--brief] [--raw DIR]\n";
+    "usage: scribecell-fault-bench [--brief] [--strict] [--raw DIR]\n"
+    "       scribecell-fault-mutants [--mutants [--only N]] [--brief] [--strict] [--raw DIR]\n"
+    "--strict: ends with code 1 after a violation, or a mutant that is missed\n";
 
 std::string quoted(const std::vector<std::string>& texts) {
     std::string all;
@@ -199,6 +201,8 @@ int main(int argc, char** argv) {
         const bool value = i + 1 < argc;
         if (word == "--brief") {
             arguments.brief = true;
+        } else if (word == "--strict") {
+            arguments.strict = true;
         } else if (word == "--mutants" && !removable_rules().empty()) {
             arguments.mutants = true;
         } else if (word == "--raw" && value) {
@@ -211,10 +215,12 @@ int main(int argc, char** argv) {
         }
     }
     try {
-        std::printf("%s\n", (arguments.mutants ? mutants(arguments) : campaign(arguments)).dump().c_str());
+        const auto figures = arguments.mutants ? mutants(arguments) : campaign(arguments);
+        std::printf("%s\n", figures.dump().c_str());
+        const std::string wrong = arguments.mutants ? "mutants_missed" : "violations";
+        return arguments.strict && figures.at(wrong) != 0 ? 1 : 0;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "fault campaign: %s\n", error.what());
         return 1;
     }
-    return 0;
 }
