@@ -81,6 +81,32 @@ TEST(LockStep, FaultsAreTheSameToo) {
     EXPECT_EQ(there.outputs, here.outputs);
 }
 
+link::SensorReport look(const sim::MakeController& make, const std::string& script) {
+    test::CellRig::Options options;
+    options.script = script;
+    options.controller = make;
+    test::CellRig rig(options);
+    rig.make_ready();
+    rig.ticks(1500);
+    return rig.sensors();
+}
+
+TEST(LockStep, SensorsMeasureAsOnThePcAndSayWhatIsWrong) {
+    for (const std::string script : {"", "at 0.2 sensor 2 silent\n", "at 0.2 sensor 2 crc\n"}) {
+        const link::SensorReport here = look(sim::make_local_controller, script);
+        const link::SensorReport there = look(make_m7_controller(image_under_test()), script);
+        for (std::size_t i = kFirstTriple; i < kFirstTriple + kTripleCount; ++i) {
+            const bool wrong = !script.empty() && i == 2;
+            EXPECT_EQ(there.code[i] != 0, wrong) << script << i;
+            EXPECT_EQ(there.count[i] > 10, !wrong) << script << i;
+            EXPECT_EQ(there.value[i] > 0, !wrong) << script << i;
+        }
+        EXPECT_EQ(there.value, here.value) << script;
+        EXPECT_EQ(there.count, here.count) << script;
+        EXPECT_EQ(there.code, here.code) << script;
+    }
+}
+
 TEST(LockStep, DigestSeesASingleBit) {
     // What the equality above is worth: another boot number changes one message, and so the digest.
     const auto make = [](const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained) {
