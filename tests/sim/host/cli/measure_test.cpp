@@ -388,5 +388,33 @@ TEST(Sensors, ReferencePrintsASeatingTableThatAJobTakes) {
     EXPECT_EQ(run({"sensors", "--link", "tcp:127.0.0.1:1", "--script", "x"}).code, 2);
 }
 
+TEST(Sensors, AJobIsRefusedWhereItsWorkpieceSitsElsewhere) {
+    const fs::path folder = fresh_folder();
+    fs::create_directories(folder);
+    for (const char* name : {"job.toml", "table1.csv", "calibration.toml", "face90_c.csv"}) {
+        fs::copy_file(fs::path(SC_SOURCE_DIR) / "examples/ras3dm" / name, folder / name);
+    }
+    const Ended seat = run({"sensors", "--reference", "20"});
+    std::string table = seat.out.substr(seat.out.find("[seating]"));
+    const std::string job = read_file(folder / "job.toml");
+    const std::size_t at = job.find("[alignment]");
+    const auto scribe = [&](const std::string& name, const std::string& seating) {
+        write_file(folder / name, job.substr(0, at) + seating + "\n" + job.substr(at));
+        return run({"scribe", (folder / name).string(), "--face", "0", "--out", (folder / ("out_" + name)).string()});
+    };
+    const Ended good = scribe("good.toml", table);
+    EXPECT_EQ(good.code, 0) << good.err;
+    EXPECT_NE(good.err.find("checking the workpiece's seat"), std::string::npos);
+    // The second laser expects the face 2 mm nearer.
+    const std::size_t second = table.find(", 19");
+    ASSERT_NE(second, std::string::npos) << table;
+    table.replace(second, 6, ", 192.");
+    const Ended bad = scribe("bad.toml", table);
+    EXPECT_EQ(bad.code, 1) << bad.out;
+    EXPECT_NE(bad.err.find("seat"), std::string::npos) << bad.err;
+    EXPECT_EQ(json::parse(read_file(folder / "out_bad.toml/cell.json")).at("pulses"), 0);
+    fs::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace sc::test
