@@ -8,6 +8,7 @@
 #include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "cell_rig.hpp"
 #include "shared/codes/codes.hpp"
@@ -22,7 +23,8 @@ constexpr double kPlateY = -0.330;
 
 /// A world whose only surface is y(x) over x −420..−60 mm, z −480..−240 mm, in strips of 1 mm.
 std::filesystem::path surface_world(const std::string& name, const std::function<double(double)>& y_mm) {
-    const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / ("sensors_" + name);
+    const std::filesystem::path folder =
+        std::filesystem::path(testing::TempDir()) / ("sensors_" + std::to_string(::getpid()) + "_" + name);
     std::filesystem::create_directories(folder);
     std::ofstream mesh(folder / "surface.obj");
     int strips = 0;
