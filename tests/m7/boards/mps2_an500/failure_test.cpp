@@ -40,6 +40,12 @@ void expect_parts(const std::string& text, std::initializer_list<const char*> pa
 
 class Core : public testing::Test {
 protected:
+    /// Sends `signal` and waits until it has taken effect in every thread: until then a tick may still be answered.
+    void strike(int signal, int effect) const {
+        ASSERT_EQ(::kill(core_.process(), signal), 0);
+        siginfo_t info{};
+        ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(core_.process()), &info, effect | WNOWAIT), 0);
+    }
     void tick() {
         core_.tick(inputs_, outputs_);
         ++inputs_.tick;
@@ -56,13 +62,13 @@ protected:
 
 TEST_F(Core, KilledQemuIsNoticed) {
     tick();
-    ::kill(core_.process(), SIGKILL);
+    strike(SIGKILL, WEXITED);
     expect_parts(failure_of([this] { tick(); }), {"QEMU ended", "signal 9"});
 }
 
 TEST_F(Core, StoppedQemuIsNoticed) {
     tick();
-    ::kill(core_.process(), SIGSTOP);
+    strike(SIGSTOP, WSTOPPED);
     expect_parts(failure_of([this] { tick(); }), {"has not answered for 4000 ms", "try again"});
 }
 
