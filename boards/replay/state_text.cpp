@@ -27,6 +27,11 @@ std::string_view name_of(Phase phase) {
         case Phase::settle: return "waits for the axes to settle";
         case Phase::await_plan: return "waits for the planner";
         case Phase::path: return "on the path";
+        case Phase::look_across: return "travels in x and z to where the Y sensor looks";
+        case Phase::look_in: return "travels in y to where the Y sensor looks";
+        case Phase::look_settle: return "waits for the shift of y to go";
+        case Phase::look_stand: return "waits for the Y sensor to see";
+        case Phase::look_on: return "the Y sensor looks along the line";
         case Phase::end_retract: return "retracts y at the job's end";
         case Phase::jog: return "jogs";
         case Phase::done: return "job done";

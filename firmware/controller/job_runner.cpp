@@ -86,39 +86,6 @@ void JobRunner::set_limits() noexcept {
     path_limits_.speed[kC] = path_limits_.acceleration[kC] = path_limits_.jerk[kC] = 0.0;
 }
 
-bool JobRunner::set_surface(const sensors::SurfaceSettings& settings) noexcept {
-    if (!surface_.set(settings)) {
-        return false;
-    }
-    set_limits();
-    place_ = geometry_.place_of(set_point_);
-    return true;
-}
-
-/// Before a path begins: the surface has been seen, is where it should be, and the shift has come to rest.
-bool JobRunner::surface_is_there() noexcept {
-    if (!surface_.on() || preview_) {
-        return true;
-    }
-    const std::uint32_t item = items_taken_ > 0 ? items_taken_ - 1 : 0;
-    switch (surface_.verdict()) {
-        case sensors::Surface::Verdict::waiting: return false;
-        case sensors::Surface::Verdict::fine: return surface_.settled();
-        case sensors::Surface::Verdict::not_seen: refuse(Refusal::surface_not_seen, item, Axis::y, place_[kY]); break;
-        case sensors::Surface::Verdict::off: refuse(Refusal::surface_not_there, item, Axis::y, surface_.depth()); break;
-    }
-    return false;
-}
-
-void JobRunner::follow_surface() noexcept {
-    const bool near = phase_ == Phase::settle || phase_ == Phase::await_plan || phase_ == Phase::path;
-    if (!near && surface_.verdict() != sensors::Surface::Verdict::waiting) {
-        surface_.forget();
-    }
-    const bool steady = phase_ == Phase::path && by_mirrors();
-    surface_.step(tick_ * machine_.control_period_ns, sample_, {place_[kX], place_[kY], place_[kZ]}, near, steady);
-}
-
 void JobRunner::set_map(const AxisMap& map, const MapCost& cost) noexcept {
     map_cost_ = cost;
     set_limits();
@@ -136,10 +103,12 @@ void JobRunner::start_job(bool preview, const JobStart& start) noexcept {
     drop();
     preview_ = preview;
     phase_ = Phase::next_item;
+    surface_.forget();
     if (start.first > 0) {
         items_taken_ = planned_ = fired_ = start.first;
         fired_position_ = start.done;
-        pulses_done_ = start.done.pulses;
+        done_ = start.done;
+        resumes_ = true;
         begin_turn({start.c});
     }
 }
@@ -150,7 +119,8 @@ void JobRunner::drop() noexcept {
     stopping_ = waiting_ = path_closed_ = preview_ = false;
     refusal_ = {};
     limited_by_ = LimitedBy::none;
-    items_taken_ = planned_ = fired_ = pulses_done_ = 0;
+    items_taken_ = planned_ = fired_ = 0;
+    resumes_ = passes_over_ = passes_path_ = false;
     fired_position_ = {};
 }
 
@@ -170,7 +140,8 @@ void JobRunner::begin_stage_move(const motion::Place& to, Phase phase) noexcept 
         return;
     }
     target_ = to;
-    move_.begin(place_, to, stage_limits_, phase == Phase::jog ? jog_speed_ : kUnlimited);
+    const bool chosen = phase == Phase::jog || phase == Phase::look_on;
+    move_.begin(place_, to, stage_limits_, chosen ? move_speed_ : kUnlimited);
     phase_ = phase;
     phase_tick_ = tick_;
 }
@@ -220,7 +191,7 @@ void JobRunner::start_jog(Axis axis, double distance, double speed) noexcept {
     drop();
     motion::Place to = place_;
     to[index(axis)] += distance;
-    jog_speed_ = speed;
+    move_speed_ = speed;
     begin_stage_move(to, Phase::jog);
 }
 
@@ -245,12 +216,17 @@ void JobRunner::move_done() noexcept {
             phase_ = Phase::done;
             break;
         case Phase::jog: phase_ = Phase::idle; break;
+        case Phase::look_across: begin_stage_move(look_, Phase::look_in); break;
+        case Phase::look_in: phase_ = Phase::look_settle; break;
+        case Phase::look_on: stand_to_look(false); break;
         case Phase::idle:
         case Phase::next_item:
         case Phase::open_path:
         case Phase::settle:
         case Phase::await_plan:
         case Phase::path:
+        case Phase::look_settle:
+        case Phase::look_stand:
         case Phase::done: break;
     }
 }
@@ -312,6 +288,9 @@ void JobRunner::path_step(bool may_mark, ServoOutputs& out) noexcept {
     }
     const double t = seconds(since);
     const motion::Segment segment = motion_.segment(t, cursor_);
+    if (surface_.on()) {
+        watch_beam(segment, t);
+    }
     limited_by_ = motion_.stopped() ? LimitedBy::starved : rate_held_ ? LimitedBy::pulse_rate : segment.piece->limited;
     if (by_mirrors()) {
         if (path_.actuator == Actuator::split) {
@@ -406,6 +385,9 @@ void JobRunner::request_stop() noexcept {
         case Phase::travel_in:
         case Phase::jump:
         case Phase::end_retract:
+        case Phase::look_across:
+        case Phase::look_in:
+        case Phase::look_on:
         case Phase::jog: move_.stop(seconds(tick_ + 1 - phase_tick_)); break;
         case Phase::path: motion_.request_stop(); break;
         case Phase::idle:
@@ -413,6 +395,8 @@ void JobRunner::request_stop() noexcept {
         case Phase::open_path:
         case Phase::settle:
         case Phase::await_plan:
+        case Phase::look_settle:
+        case Phase::look_stand:
         case Phase::done: break;
     }
 }
@@ -432,6 +416,9 @@ void JobRunner::resume() noexcept {
         case Phase::turn_c:
         case Phase::travel_across:
         case Phase::travel_in:
+        case Phase::look_across:
+        case Phase::look_in:
+        case Phase::look_on:
         case Phase::end_retract: begin_stage_move(target_, phase_); break;
         case Phase::jump: begin_jump(); break;
         case Phase::path:
@@ -444,6 +431,8 @@ void JobRunner::resume() noexcept {
         case Phase::open_path:
         case Phase::settle:
         case Phase::await_plan:
+        case Phase::look_settle:
+        case Phase::look_stand:
         case Phase::jog:
         case Phase::done: break;
     }
@@ -451,6 +440,7 @@ void JobRunner::resume() noexcept {
 
 bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOutputs& out) noexcept {
     tick_ = tick;
+    beam_is_lit_ = false;
     pulse_speed_ = 0.0;
     on_line_ = false;
     waiting_ = false;
@@ -514,8 +504,19 @@ bool JobRunner::step(std::int64_t tick, ItemQueue& items, bool may_mark, ServoOu
         case Phase::travel_across:
         case Phase::travel_in:
         case Phase::jump:
+        case Phase::look_across:
+        case Phase::look_in:
+        case Phase::look_on:
         case Phase::end_retract:
         case Phase::jog: move_step(out); break;
+        case Phase::look_settle:
+        case Phase::look_stand:
+            galvo_still(out);
+            at_rest_ = stopping_;
+            if (!stopping_ && !refused) {
+                look_step();
+            }
+            break;
         case Phase::path: path_step(may_mark, out); break;
     }
     if (surface_.on()) {

@@ -53,6 +53,11 @@ public:
         settle,
         await_plan,
         path,
+        look_across,  ///< x and z at the retracted y, to where a look begins
+        look_in,
+        look_settle,  ///< until the shift of y is gone
+        look_stand,   ///< until the sensor has seen the place where the axes stand
+        look_on,      ///< along the line
         end_retract,
         jog,
         done,
@@ -94,7 +99,8 @@ public:
 
     /// `preview`: no pulses, and paths no faster than the guide laser may go.
     /// Begun in its midst, the first path is run from its beginning, dark up to the first pulse that is not yet done:
-    /// so each of the others is where, and as, it would have been.
+    /// so each of the others is where, and as, it would have been. If it begins with looks, paths behind them are
+    /// passed over up to the one that `done` names: the surface must be looked at anew.
     void start_job(bool preview = false, const JobStart& start = {}) noexcept;
     /// One bounded move of one axis; `speed` in base units / s. The caller has checked its reach.
     void start_jog(Axis axis, double distance, double speed) noexcept;
@@ -151,6 +157,12 @@ private:
     void set_limits() noexcept;
     [[nodiscard]] bool surface_is_there() noexcept;
     void follow_surface() noexcept;
+    void watch_beam(const motion::Segment& segment, double t) noexcept;
+    void begin_look(const Look& look) noexcept;
+    void stand_to_look(bool begins) noexcept;
+    void look_step() noexcept;
+    void refuse_surface(sensors::Surface::Verdict verdict, std::uint32_t item, double y) noexcept;
+    [[nodiscard]] bool pass_over(const Item& item) noexcept;
     void take_item(ItemQueue& items) noexcept;
     void begin_turn(const Turn& turn) noexcept;
     void begin_path(const PathBegin& begin) noexcept;
@@ -222,6 +234,10 @@ private:
     MapCost map_cost_;
     sensors::Surface surface_;
     sensors::Sample sample_;
+    motion::Place look_{};         ///< where the look goes
+    motion::Place first_point_{};  ///< of the path
+    motion::Place beam_{};         ///< commanded place of the beam on the path
+    bool beam_is_lit_ = false;     ///< a pulse may be placed there
     motion::Move move_;
 
     Phase phase_ = Phase::idle;
@@ -256,11 +272,14 @@ private:
     std::uint32_t planned_ = 0;
     std::uint32_t fired_ = 0;
     FiredPosition fired_position_;
-    std::uint32_t pulses_done_ = 0;  ///< of the path that comes first
+    FiredPosition done_;        ///< where a job goes on in its midst
+    bool resumes_ = false;      ///< and has not come to a path yet
+    bool passes_over_ = false;  ///< after looks: paths are passed over up to the one of `done_`
+    bool passes_path_ = false;  ///< within one of them
     ItemRefusal refusal_;
     LimitedBy limited_by_ = LimitedBy::none;
     double pulse_speed_ = 0.0;
-    double jog_speed_ = 0.0;
+    double move_speed_ = 0.0;  ///< of a jog or a look, m/s or rad/s
     bool preview_ = false;
     bool on_line_ = false;
     double traced_ = 0.0;  ///< distance along the path up to which the guide laser has gone

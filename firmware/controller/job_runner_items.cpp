@@ -47,10 +47,15 @@ void JobRunner::take_item(ItemQueue& items) noexcept {
     const Item item = *front;
     items.pop();
     ++items_taken_;
+    if (pass_over(item)) {
+        return;
+    }
     if (const auto* turn = std::get_if<Turn>(&item)) {
         begin_turn(*turn);
     } else if (const auto* begin = std::get_if<PathBegin>(&item)) {
         begin_path(*begin);
+    } else if (const auto* look = std::get_if<Look>(&item)) {
+        begin_look(*look);
     } else if (std::holds_alternative<JobEnd>(item)) {
         motion::Place to = place_;
         to[kY] = larger(place_[kY], machine_.y_retracted.si());
@@ -68,6 +73,7 @@ void JobRunner::begin_turn(const Turn& turn) noexcept {
         return;
     }
     target_ = place_;
+    surface_.forget();
     if (angle != place_[kC]) {
         target_[kY] = larger(place_[kY], machine_.y_retracted.si());
     }
@@ -132,8 +138,8 @@ void JobRunner::begin_path(const PathBegin& begin) noexcept {
                    motion::StageHistory::readable(stage_late(kZ)))) {
         refuse(Refusal::bad_stage_curve, item, Axis::x, 0.0);
     }
-    placer_.open(pulses, pulses_done_);
-    pulses_done_ = 0;
+    placer_.open(pulses, resumes_ ? done_.pulses : 0);
+    resumes_ = false;
     motion_.set_override(override_share());
     if (!motion_.open(spec)) {
         refuse(Refusal::bad_speed, item, Axis::x, spec.speed);
@@ -212,6 +218,7 @@ void JobRunner::add_point(const PathPoint& point, std::uint32_t item) noexcept {
         last_point_ = has_point_ ? last_point_ : place;
         check_way(place, trajectory::length3(trajectory::minus(place, last_point_)), item);
     }
+    first_point_ = has_point_ ? first_point_ : place;
     before_ = last_point_;
     has_way_ = has_point_;
     by_arc_ = false;

@@ -12,16 +12,19 @@ constexpr double kLargestWindow = 50e-3;  ///< m
 constexpr double kSettled = 2e-6;         ///< m
 constexpr double kNothing = 1e-13;        ///< m: below the set-points' grid
 constexpr std::int64_t kEvery = 4;        ///< ticks from look-up to look-up
+constexpr std::size_t kNext = 6;          ///< places about the last one found, tried first
 
 bool within(double value, double limit) noexcept { return value >= -limit && value <= limit; }
 
-/// The middle one by y.
-const Vec3& median(const std::array<Vec3, 3>& v) noexcept {
-    if ((v[0].y <= v[1].y) == (v[1].y <= v[2].y)) {
-        return v[1];
+/// Which is the middle one.
+std::size_t median(const std::array<double, 3>& v) noexcept {
+    if ((v[0] <= v[1]) == (v[1] <= v[2])) {
+        return 1;
     }
-    return (v[1].y <= v[0].y) == (v[0].y <= v[2].y) ? v[0] : v[2];
+    return (v[1] <= v[0]) == (v[0] <= v[2]) ? 0 : 2;
 }
+
+double apart2(double x, double z) noexcept { return x * x + z * z; }
 
 }  // namespace
 
@@ -52,11 +55,12 @@ void Surface::rest() noexcept {
 }
 
 void Surface::forget() noexcept {
-    strip_size_ = strip_next_ = 0;
-    readings_ = 0;
-    outside_ = 0;
+    seen_size_ = seen_next_ = hint_ = 0;
+    bin_count_ = 0;
+    stands_ = has_good_ = false;
+    look_ = Verdict::fine;
     verdict_ = Verdict::waiting;
-    waits_ = true;
+    beam_outside_ = 0;
 }
 
 std::array<double, 3> Surface::cost() const noexcept {
@@ -71,25 +75,15 @@ bool Surface::settled() const noexcept {
     return absolute(target_ - pole_[0]) < kSettled && absolute(target_ - pole_[2]) < kSettled;
 }
 
-void Surface::step(std::int64_t now_ns, const Sample& sample, const Vec3& place, bool near, bool steady) noexcept {
+void Surface::step(std::int64_t now_ns, const Sample& sample, const Vec3& axes, bool looking) noexcept {
     tick_ = now_ns / period_ns_;
-    past_[static_cast<std::size_t>(tick_) % kPast] = {place.x, place.y + pole_[2], place.z};
+    past_[static_cast<std::size_t>(tick_) % kPast] = axes;
     ++past_ticks_;
-    usable_now_ = usable(sample.quality);
     if (sample.count != count_) {
         count_ = sample.count;
-        if (usable_now_) {
+        if (looking && usable(sample.quality)) {
             take(sample);
         }
-    }
-    if (near && tick_ % kEvery == 0) {
-        judge(now_ns, place);
-        if (settings_.mode == SurfaceMode::follow && !steady) {
-            aim(place);
-        }
-    }
-    if (!near) {
-        target_ = 0.0;
     }
     const double share = static_cast<double>(period_ns_) * (1e-9 / kTime);
     double input = target_;
@@ -102,101 +96,178 @@ void Surface::step(std::int64_t now_ns, const Sample& sample, const Vec3& place,
     }
 }
 
+// --- the look
+
+void Surface::stand(bool begins) noexcept {
+    stands_ = true;
+    stood_ = tick_ + 1;
+    at_stand_ = 0;
+    if (begins) {
+        begun_ = stood_;
+        readings_ = 0;
+        outside_ = 0;
+        has_good_ = false;
+        bin_count_ = 0;
+        look_ = Verdict::fine;
+    }
+}
+
+Surface::Verdict Surface::look() const noexcept {
+    if (look_ != Verdict::fine) {
+        return look_;
+    }
+    if (stands_ && at_stand_ >= last_.size()) {
+        // Three readings here: their median is of this place.
+        return outside_ > 0 ? Verdict::off : Verdict::fine;
+    }
+    return (tick_ - stood_) * period_ns_ > kPatienceNs ? Verdict::not_seen : Verdict::waiting;
+}
+
 void Surface::take(const Sample& sample) noexcept {
     const std::int64_t then = sample.measured_ns / period_ns_ - lag_ticks_;
     const std::int64_t oldest =
         tick_ - (past_ticks_ < static_cast<std::int64_t>(kPast) ? past_ticks_ : static_cast<std::int64_t>(kPast)) + 1;
-    if (then < oldest || then > tick_ || then < 0) {
+    if (then < oldest || then > tick_ || then < begun_) {
         return;
     }
     const double along = static_cast<double>(sample.value) * kMetresPerValue - settings_.zero;
     const Vec3 at = past_[static_cast<std::size_t>(then) % kPast] + settings_.origin + along * settings_.direction;
     last_ = {last_[1], last_[2], at};
-    if (readings_ < last_.size()) {
-        ++readings_;
-        if (readings_ < last_.size()) {
-            return;
-        }
+    off_ = {off_[1], off_[2], along * settings_.direction.y};
+    readings_ += readings_ < last_.size() ? 1 : 0;
+    at_stand_ += then >= stood_ ? 1 : 0;
+    if (readings_ == last_.size()) {
+        const std::size_t middle = median(off_);
+        judge_reading(last_[middle], off_[middle]);
     }
-    const Vec3& kept = median(last_);
-    keep(static_cast<float>(kept.x), static_cast<float>(kept.z), static_cast<float>(kept.y));
 }
 
-void Surface::keep(float x, float z, float y) noexcept {
-    if (strip_size_ > 0) {
-        Seen& last = strip_[(strip_next_ + kStrip - 1) % kStrip];
-        const float dx = x - last.x;
-        const float dz = z - last.z;
-        if (dx * dx + dz * dz < kSpacing * kSpacing) {
-            last.count = static_cast<std::uint16_t>(last.count < 16 ? last.count + 1 : 16);
-            const float share = 1.0F / static_cast<float>(last.count);
-            last.y += share * (y - last.y);
-            return;
+void Surface::judge_reading(const Vec3& at, double off) noexcept {
+    if (!within(off, settings_.window)) {
+        depth_ = at.y;
+        if (++outside_ >= kOutside) {
+            look_ = Verdict::off;
         }
+        return;
     }
-    strip_[strip_next_] = {x, z, y, 1};
-    strip_next_ = (strip_next_ + 1) % kStrip;
-    strip_size_ = strip_size_ < kStrip ? strip_size_ + 1 : kStrip;
+    if (has_good_ && apart2(at.x - good_.x, at.z - good_.z) > kSurfaceGap * kSurfaceGap) {
+        look_ = outside_ > 0 ? Verdict::off : Verdict::not_seen;
+        return;
+    }
+    outside_ = 0;
+    has_good_ = true;
+    good_ = at;
+    keep(at);
 }
 
-const Surface::Seen* Surface::find(double x, double z) const noexcept {
+// --- the memory
+
+void Surface::keep(const Vec3& at) noexcept {
+    const auto x = static_cast<float>(at.x);
+    const auto z = static_cast<float>(at.z);
+    const auto y = static_cast<float>(at.y);
+    constexpr auto kBin = static_cast<float>(kSurfaceBin);
+    const float dx = x - bin_x_;
+    const float dz = z - bin_z_;
+    if (bin_count_ > 0 && dx * dx + dz * dz < kBin * kBin) {
+        Seen& newest = seen_[(seen_next_ + kSurfacePlaces - 1) % kSurfacePlaces];
+        bin_count_ += bin_count_ < 1000 ? 1 : 0;
+        const float share = 1.0F / static_cast<float>(bin_count_);
+        newest.x += share * (x - newest.x);
+        newest.z += share * (z - newest.z);
+        newest.y += share * (y - newest.y);
+        return;
+    }
+    bin_x_ = x;
+    bin_z_ = z;
+    bin_count_ = 1;
+    seen_[seen_next_] = {x, z, y};
+    seen_next_ = (seen_next_ + 1) % kSurfacePlaces;
+    seen_size_ = seen_size_ < kSurfacePlaces ? seen_size_ + 1 : kSurfacePlaces;
+}
+
+/// The nearest place within reach: about the last one found, or else of all.
+const Surface::Seen* Surface::find(double x, double z) noexcept {
     const auto fx = static_cast<float>(x);
     const auto fz = static_cast<float>(z);
-    const Seen* best = nullptr;
+    constexpr auto kReach = static_cast<float>(kSurfaceReach);
+    constexpr auto kNear = static_cast<float>(0.5 * kSurfaceBin);
+    std::size_t best = seen_size_;
     float nearest = kReach * kReach;
-    for (std::size_t i = 0; i < strip_size_; ++i) {
-        const Seen& seen = strip_[i];
-        const float dx = fx - seen.x;
-        const float dz = fz - seen.z;
+    const auto look_at = [&](std::size_t i) noexcept {
+        const float dx = fx - seen_[i].x;
+        const float dz = fz - seen_[i].z;
         const float apart = dx * dx + dz * dz;
         if (apart < nearest) {
             nearest = apart;
-            best = &seen;
+            best = i;
+        }
+    };
+    const std::size_t from = hint_ > kNext ? hint_ - kNext : 0;
+    for (std::size_t i = from; i < seen_size_ && i < hint_ + kNext; ++i) {
+        look_at(i);
+    }
+    if (!(nearest < kNear * kNear)) {
+        for (std::size_t i = 0; i < seen_size_; ++i) {
+            look_at(i);
         }
     }
-    return best;
+    if (best == seen_size_) {
+        return nullptr;
+    }
+    hint_ = best;
+    return &seen_[best];
 }
 
-/// Where the beam is, if the sensor has been there; else where the sensor is.
-void Surface::judge(std::int64_t now_ns, const Vec3& place) noexcept {
+// --- the beam
+
+Surface::Verdict Surface::verdict_at(const Vec3& place) noexcept {
     const Seen* const seen = find(place.x, place.z);
-    if (waits_) {
-        waits_ = false;
-        seen_ns_ = now_ns;
+    depth_ = seen != nullptr ? static_cast<double>(seen->y) : place.y;
+    if (seen == nullptr) {
+        return Verdict::not_seen;
     }
-    if (seen == nullptr && !(usable_now_ && readings_ >= last_.size())) {
-        if (now_ns - seen_ns_ > kPatienceNs) {
-            verdict_ = Verdict::not_seen;
-        }
+    return within(depth_ - place.y, settings_.window) ? Verdict::fine : Verdict::off;
+}
+
+void Surface::expect(const Vec3& beam, bool lit, bool steady) noexcept {
+    if ((tick_ + 1) % kEvery != 0) {
         return;
     }
-    seen_ns_ = now_ns;
-    depth_ = seen != nullptr ? static_cast<double>(seen->y) : median(last_).y;
-    if (within(depth_ - place.y, settings_.window)) {
-        outside_ = 0;
-        verdict_ = Verdict::fine;
-    } else if (++outside_ >= kOutside) {
-        outside_ = kOutside;
-        verdict_ = Verdict::off;
+    if (lit) {
+        const Verdict now = verdict_at(beam);
+        beam_outside_ = now == Verdict::off ? beam_outside_ + 1 : 0;
+        if (now != Verdict::off || beam_outside_ >= kOutside) {
+            verdict_ = now;
+        }
+    }
+    if (settings_.mode == SurfaceMode::follow && !steady) {
+        aim(beam);
     }
 }
 
-/// The surface where the beam will be once the low-passes have let its depth through.
-void Surface::aim(const Vec3& place) noexcept {
+void Surface::release() noexcept {
+    target_ = 0.0;
+    verdict_ = Verdict::waiting;
+    beam_outside_ = 0;
+}
+
+/// The surface where the beam will be once the low-passes have let its depth through; before the line has begun, and
+/// where nothing has been seen, the shift stays.
+void Surface::aim(const Vec3& beam) noexcept {
     constexpr std::int64_t kBack = 16;
-    Vec3 ahead = place;
+    Vec3 ahead = beam;
     if (past_ticks_ > kBack) {
+        const Vec3& now = past_[static_cast<std::size_t>(tick_) % kPast];
         const Vec3& before = past_[static_cast<std::size_t>(tick_ - kBack) % kPast];
         const double times = 3.0 * kTime / (static_cast<double>(kBack * period_ns_) * 1e-9);
-        ahead.x += times * (place.x - before.x);
-        ahead.z += times * (place.z - before.z);
+        ahead.x += times * (now.x - before.x);
+        ahead.y += times * (now.y - before.y);
+        ahead.z += times * (now.z - before.z);
     }
-    const Seen* const seen = find(ahead.x, ahead.z);
-    if (seen == nullptr && verdict_ != Verdict::fine) {
-        return;
+    if (const Seen* const seen = find(ahead.x, ahead.z)) {
+        target_ = larger(-settings_.bound, smaller(settings_.bound, static_cast<double>(seen->y) - ahead.y));
     }
-    const double wanted = (seen != nullptr ? static_cast<double>(seen->y) : depth_) - place.y;
-    target_ = larger(-settings_.bound, smaller(settings_.bound, wanted));
 }
 
 }  // namespace sc::sensors

@@ -37,7 +37,8 @@ void CellClient::set_surface(const link::SetSurface& surface) {
     if (minor() < link::SetSurface::kSince && surface.mode == 0) {
         return;
     }
-    require(link::SetSurface::kSince, "use its Y sensor");
+    // A controller that knows no looks would check the surface where its sensor is, not where the beam is.
+    require(surface.mode == 0 ? link::SetSurface::kSince : std::uint8_t{2}, "let its Y sensor look at the surface");
     link::SetSurface message = surface;
     const auto send = [&](std::uint32_t sequence) {
         message.sequence = sequence;

@@ -33,6 +33,12 @@ public:
     double operator()(const PathEnd&) { return 0.0; }
     double operator()(const Turn&) { return kTurnSeconds; }
     double operator()(const JobEnd&) { return kApproachSeconds; }
+    double operator()(const Look& look) {
+        const PathPoint place{look.x, look.y, look.z};
+        const double way = distance(look_, place);
+        look_ = place;
+        return look.speed_um_s == 0 ? kApproachSeconds : way / (static_cast<double>(look.speed_um_s) * 1e-6);
+    }
 
 private:
     static double distance(const PathPoint& a, const PathPoint& b) {
@@ -41,6 +47,7 @@ private:
     }
     PathBegin begin_;
     PathPoint last_;
+    PathPoint look_;
     bool has_point_ = false;
 };
 

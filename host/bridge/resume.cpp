@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/resume.hpp"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cstdio>
@@ -44,7 +45,7 @@ std::optional<Stretch> find_path(std::span<const Item> items, std::uint32_t path
 
 bool may_begin(const Item& item) {
     return std::holds_alternative<PathBegin>(item) || std::holds_alternative<Turn>(item) ||
-           std::holds_alternative<JobEnd>(item);
+           std::holds_alternative<JobEnd>(item) || std::holds_alternative<Look>(item);
 }
 
 std::string path_text(std::uint32_t path, std::uint8_t pass) {
@@ -71,10 +72,49 @@ std::optional<FiredPlace> read_place(const std::string& word) {
     return place;
 }
 
-/// Where a place lies in the order of the job: the item that begins its path, then the pulse.
+/// No turn between, so that what is looked at before `from` is remembered at `until`.
+bool same_face(std::span<const Item> items, std::uint32_t from, std::uint32_t until) {
+    return std::ranges::none_of(items.subspan(from, until - from),
+                                [](const Item& item) { return std::holds_alternative<Turn>(item); });
+}
+
+/// The item that comes next, and how much of it is done. After a resume behind looks a place without pulses names the
+/// path that is to come, and `fired` may lie before it: those between were burnt before.
+struct Next {
+    std::uint32_t item = 0;
+    std::uint32_t pulses = 0;
+};
+Next next_of(std::span<const Item> items, const FiredPlace& place) {
+    const auto path = find_path(items, place.path, place.pass);
+    if (path && place.pulses > 0 && place.fired <= path->end) {
+        return {path->begin, place.pulses};
+    }
+    if (path && place.pulses == 0 && place.fired <= path->begin && same_face(items, place.fired, path->begin)) {
+        return {path->begin, 0};
+    }
+    return {place.fired, 0};
+}
+
+/// Where to begin so that the surface is looked at again before `item`: the first look of its group.
+std::uint32_t looks_of(std::span<const Item> items, std::uint32_t item) {
+    const auto look = [&items](std::uint32_t i) { return std::holds_alternative<Look>(items[i]); };
+    std::uint32_t at = item;
+    while (at > 0 && !look(at) && !std::holds_alternative<Turn>(items[at])) {
+        --at;
+    }
+    if (!look(at)) {
+        return item;
+    }
+    while (at > 0 && look(at - 1)) {
+        --at;
+    }
+    return at;
+}
+
+/// Where a place lies in the order of the job: the item that comes next, then the pulse.
 std::tuple<std::uint32_t, std::uint32_t> order_of(std::span<const Item> items, const FiredPlace& place) {
-    const ResumePoint point = resume_point(items, place);
-    return {point.first, point.pulses};
+    const Next next = next_of(items, place);
+    return {next.item, next.pulses};
 }
 
 }  // namespace
@@ -99,17 +139,19 @@ KnownPlace known_place(const std::optional<link::Position>& told, const std::opt
 
 ResumePoint resume_point(std::span<const Item> items, const FiredPlace& place) {
     ResumePoint point;
-    const auto path = place.pulses > 0 ? find_path(items, place.path, place.pass) : std::nullopt;
-    if (path && place.fired <= path->end) {
-        point.first = path->begin;
-        point.path = place.path;
-        point.pass = place.pass;
-        point.pulses = place.pulses;
-    } else {
-        point.first = place.fired;
-    }
-    if (point.first >= items.size() || !may_begin(items[point.first])) {
+    const Next next = next_of(items, place);
+    if (next.item >= items.size() || !may_begin(items[next.item])) {
         foreign(place);
+    }
+    const bool ends = std::holds_alternative<JobEnd>(items[next.item]);
+    point.first = ends ? next.item : looks_of(items, next.item);
+    point.pulses = next.pulses;
+    for (const Item& item : items.subspan(next.item)) {
+        if (const auto* begin = std::get_if<PathBegin>(&item)) {
+            point.path = begin->path;
+            point.pass = begin->pass;
+            break;
+        }
     }
     JobHasher hasher;
     for (const Item& item : items.first(point.first)) {

@@ -41,12 +41,13 @@ struct KnownPlace {
 [[nodiscard]] KnownPlace known_place(const std::optional<link::Position>& told, const std::optional<JobProgress>& last,
                                      std::uint64_t job, std::uint32_t items);
 
-/// Where a job goes on. `first` 0: from its beginning.
+/// Where a job goes on. `first` 0: from its beginning. Where the Y sensor watches the surface, `first` is the first
+/// look of the path's group, and the controller passes over what of the group is done.
 struct ResumePoint {
     std::uint32_t first = 0;
     std::uint64_t hash_before = 0;
-    std::int32_t c = 0;  ///< wire units
-    std::uint32_t path = 0;
+    std::int32_t c = 0;      ///< wire units
+    std::uint32_t path = 0;  ///< the first to be burnt, and its pass
     std::uint8_t pass = 0;
     std::uint32_t pulses = 0;  ///< of that path, done
 };

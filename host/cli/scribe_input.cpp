@@ -181,11 +181,17 @@ Planned plan_for(const ScribeInput& input, const MachineConfig& machine) {
 }
 
 std::string describe_item(const JobPlan& plan, std::size_t item) {
-    for (const PlannedPath& path : plan.paths) {
-        if (item < path.first_item || item >= path.first_item + path.item_count) {
+    const auto look = std::ranges::find(plan.looks, item, &PlannedLook::item);
+    for (std::size_t i = 0; i < plan.paths.size(); ++i) {
+        const PlannedPath& path = plan.paths[i];
+        const bool looked_at = look != plan.looks.end();
+        const bool its =
+            looked_at ? look->path == i : item >= path.first_item && item < path.first_item + path.item_count;
+        if (!its) {
             continue;
         }
-        std::string text(name_of(path.kind));
+        std::string text = looked_at ? "the Y sensor's look at the " : "";
+        text += name_of(path.kind);
         if (!path.name.empty()) {
             text += " \"" + path.name + "\"";
         }

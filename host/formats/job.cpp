@@ -23,6 +23,7 @@ constexpr Limits kArcFit{0.0, 0.9};  // what is left of the tolerance is the con
 constexpr Limits kLineLengthMm{1.0, 2000.0};
 constexpr Limits kWindowMm{0.01, 50.0};
 constexpr Limits kBoundMm{0.01, 2.0};
+constexpr Limits kLookSpeedMmS{1.0, 200.0};
 constexpr Limits kSeatingMm{0.01, 50.0};
 constexpr std::int64_t kMostSamples = 100;
 
@@ -122,6 +123,9 @@ void read_settings(TomlReader& root, Job& job, const Recipe* recipe) {
         surface.window = Length::from_si(table->number("window_mm", kWindowMm) / 1e3);
         if (surface.follow) {
             surface.bound = Length::from_si(table->number("bound_mm", kBoundMm) / 1e3);
+        }
+        if (table->has("look_speed_mm_s")) {
+            surface.look_speed = Speed::from_si(table->number("look_speed_mm_s", kLookSpeedMmS) / 1e3);
         }
         job.surface = surface;
         table->finish();
@@ -292,6 +296,7 @@ std::string rendered(const std::filesystem::path& path, const Job& job) {
         if (job.surface->follow) {
             out.number("bound_mm", job.surface->bound.si(), 1e3);
         }
+        out.number("look_speed_mm_s", job.surface->look_speed.si(), 1e3);
     }
     if (job.seating) {
         out.table("seating");

@@ -42,9 +42,10 @@ struct FaceLine {
 
 /// What the Y sensor is used for while the job is burnt.
 struct SurfaceSettings {
-    bool follow = false;  ///< the focus follows the surface; else it is only checked
-    Length window;        ///< the surface may be so far from the focus along y
-    Length bound;         ///< following never shifts y by more
+    bool follow = false;                       ///< the focus follows the surface; else it is only checked
+    Length window;                             ///< the surface may be so far from the focus along y
+    Length bound;                              ///< following never shifts y by more
+    Speed look_speed = Speed::from_si(0.050);  ///< at which the Y sensor looks at a line before it is burnt
     constexpr bool operator==(const SurfaceSettings&) const noexcept = default;
 };
 /// Check of the workpiece's seat by the triple head before the job.

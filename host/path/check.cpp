@@ -332,4 +332,10 @@ void check_places(const PlannedPath& path, const MachineConfig& machine, const C
     check_keep_out(path, path.to.v, stop, machine);
 }
 
+void check_look(const PlannedPath& path, const Vec3& from, const Vec3& to, const MachineConfig& machine,
+                const Compensation& compensation) {
+    check_travel(path, to, machine, compensation, "a place from which the Y sensor looks at it");
+    check_keep_out(path, from, to, machine);
+}
+
 }  // namespace sc::host

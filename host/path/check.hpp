@@ -28,6 +28,10 @@ void check_depth(const PlannedPath& path, const BeamRecord& beam);
 /// keep-out volumes. `compensation` moves set-points a little off the places; the set-points are what must fit.
 void check_places(const PlannedPath& path, const MachineConfig& machine, const Compensation& compensation);
 
+/// Places of the axes between which the Y sensor looks at the path, against travel and keep-out volumes.
+void check_look(const PlannedPath& path, const Vec3& from, const Vec3& to, const MachineConfig& machine,
+                const Compensation& compensation);
+
 /// Whether the straight way between two places meets the box (touching counts). A few comparisons.
 [[nodiscard]] bool meets(const KeepOut& box, const Vec3& from, const Vec3& to) noexcept;
 

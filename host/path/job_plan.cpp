@@ -13,6 +13,7 @@
 #include "host/path/face_places.hpp"
 #include "host/path/free_path.hpp"
 #include "host/path/line_width.hpp"
+#include "host/path/look_plan.hpp"
 #include "host/path/plane.hpp"
 #include "host/path/profile.hpp"
 #include "host/path/route.hpp"
@@ -68,6 +69,9 @@ public:
         retract();
         plan_.items.emplace_back(JobEnd{});
         plan_.hash = job_hash(plan_.items);
+        if (job_.surface && calibration_.y_sensor) {
+            add_looks(plan_, *calibration_.y_sensor, job_.surface->look_speed, machine_, compensation_);
+        }
         return std::move(plan_);
     }
 

@@ -53,10 +53,17 @@ struct PlannedPath {
 /// What a pass burns: each stroke of a wide line, or the pieces.
 [[nodiscard]] std::vector<std::vector<Piece>> strokes_of(const PlannedPath& path);
 
+/// A look of the Y sensor among the items, and the path that it is for (an index of JobPlan::paths).
+struct PlannedLook {
+    std::size_t item = 0;
+    std::size_t path = 0;
+};
+
 struct JobPlan {
     std::vector<Item> items;
     std::uint64_t hash = 0;  ///< of the items and of nothing else (JobHasher)
     std::vector<PlannedPath> paths;
+    std::vector<PlannedLook> looks;
     std::vector<double> faces;  ///< angles as the job names them, in the order in which they are burnt
     std::uint64_t expected_pulses = 0;
     std::uint16_t pulse_width_ns = 0;        ///< that all paths ask for; 0: none does
@@ -73,6 +80,7 @@ struct PlanOptions {
 
 /// Plans a job. For each face in the job's order: Turn, then a cross at every point (the stroke along x and the stroke
 /// along z, on the plane through the face's points), nearest first, then the datum line, then its free paths as given.
+/// With [surface], and a Y sensor in the calibration, looks come before them (look_plan.hpp).
 /// Each stroke of a wide line counts as a pass of its path; a wide datum line is a free path by kind. A pure function
 /// but for reading the points files that the job names.
 ///

@@ -120,6 +120,10 @@ struct Sizer {
 
 }  // namespace schema_detail
 
+/// Grammar of blocks that a minor version speaks: 1.2 brought looks of the Y sensor.
+[[nodiscard]] constexpr std::uint16_t grammar_of(std::uint8_t minor) noexcept {
+    return minor < 2 ? std::uint16_t{3} : std::uint16_t{kBlockGrammarVersion};
+}
 /// Of what messages carry as bytes.
 struct LayoutVersions {
     std::uint16_t block_grammar = kBlockGrammarVersion;
@@ -129,8 +133,7 @@ struct LayoutVersions {
 
 /// Hash over the number, name, field names and field types of every message that a minor version has, the protocol's
 /// major version, and the versions of the block grammar, of the machine configuration's layout and of the axis map's.
-[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor = kProtocolMinor,
-                                                  const LayoutVersions& layouts = {}) noexcept {
+[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor, const LayoutVersions& layouts) noexcept {
     schema_detail::Hasher hasher;
     hasher.number(kProtocolMajor);
     hasher.number(layouts.block_grammar);
@@ -144,6 +147,9 @@ struct LayoutVersions {
     for_each_message(HostMessages{}, add);
     for_each_message(CellMessages{}, add);
     return hasher.hash.value();
+}
+[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor = kProtocolMinor) noexcept {
+    return schema_hash(minor, {.block_grammar = grammar_of(minor)});
 }
 inline constexpr std::uint64_t kSchemaHash = schema_hash();
 

@@ -17,6 +17,13 @@ inline constexpr std::size_t kYSensor = 0;
 inline constexpr std::size_t kFirstTriple = 1;
 inline constexpr std::size_t kTripleCount = 3;
 
+/// What the controller remembers of the surface that the Y sensor has looked at: so many places, a bin of the line
+/// each.
+inline constexpr std::size_t kSurfacePlaces = 256;
+inline constexpr double kSurfaceBin = 1.0e-3;    ///< m of line
+inline constexpr double kSurfaceReach = 1.5e-3;  ///< m in x and z: how far what was seen is taken to hold
+inline constexpr double kSurfaceGap = 2.0e-3;    ///< m: a look that saw nothing for longer has not seen the line
+
 /// Distances of sensors are integers of 10 nm (the link's wire units).
 using SensorValue = std::int32_t;
 

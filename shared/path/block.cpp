@@ -176,6 +176,12 @@ bool BlockReader::read_segment(Item& out) noexcept {
             out = StageKnot{place.x, place.y, place.z};
             return in_.ok();
         }
+        case block_tag::kLook: {
+            const auto speed = in_.get<std::uint32_t>();
+            const PathPoint place = read_place();
+            out = Look{speed, place.x, place.y, place.z};
+            return in_.ok();
+        }
         default: return false;
     }
 }

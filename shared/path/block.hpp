@@ -21,6 +21,7 @@
 ///     path_light  07  on u8 (0 or 1)
 ///     stage_curve 08  spacing u32
 ///     stage_knot  09  x y z (i32 each)
+///     look        0A  speed u32, x y z (i32 each)
 ///
 /// Integers are little-endian. A varint is a zigzag number in groups of 7 bits, low group first, of minimal length. The
 /// second point of a run is coded as its difference from the first, every later one as the change of that difference:
@@ -28,7 +29,7 @@
 
 namespace sc {
 
-inline constexpr std::uint8_t kBlockGrammarVersion = 3;
+inline constexpr std::uint8_t kBlockGrammarVersion = 4;
 /// Items that one block may hold, as its count is a byte.
 inline constexpr std::size_t kBlockItems = 255;
 /// Bytes of the longest single item that begins a block.
@@ -44,6 +45,7 @@ inline constexpr std::uint8_t kPathArc = 6;
 inline constexpr std::uint8_t kPathLight = 7;
 inline constexpr std::uint8_t kStageCurve = 8;
 inline constexpr std::uint8_t kStageKnot = 9;
+inline constexpr std::uint8_t kLook = 10;
 }  // namespace block_tag
 
 /// One coordinate's predictor, the same on both sides: the last place goes on by the last difference.

@@ -12,6 +12,8 @@
 ///     Turn, then for each line: PathBegin, PathPoint, then PathPoint or PathArc × n, PathEnd; at last
 ///     JobEnd.
 ///
+/// Where the Y sensor watches the surface, Looks come before the lines that they are for, at the same angle of C.
+///
 /// A path may be dark between two of its points: PathLight{false} behind the point where the light ends,
 /// PathLight{true} behind that where it begins again. Of a split path the items before a point also say where the stage
 /// is when the path gets there: StageCurve behind PathBegin, then StageKnot, each before the point that needs it
@@ -88,12 +90,21 @@ struct Turn {
     std::int32_t c = 0;
     constexpr bool operator==(const Turn&) const noexcept = default;
 };
+/// The Y sensor looks at a line before it is burnt: the axes go, dark and straight, to this place of theirs in h (wire
+/// units), at which the sensor sees the surface of the line and reads its zero.
+struct Look {
+    std::uint32_t speed_um_s = 0;  ///< 0: a look begins there; else it goes on to there at this speed
+    std::int32_t x = 0;
+    std::int32_t y = 0;
+    std::int32_t z = 0;
+    constexpr bool operator==(const Look&) const noexcept = default;
+};
 /// Retract y and end the job.
 struct JobEnd {
     constexpr bool operator==(const JobEnd&) const noexcept = default;
 };
 
-using Item = std::variant<PathPoint, PathBegin, PathEnd, Turn, JobEnd, PathArc, PathLight, StageCurve, StageKnot>;
+using Item = std::variant<PathPoint, PathBegin, PathEnd, Turn, JobEnd, PathArc, PathLight, StageCurve, StageKnot, Look>;
 
 /// How far a job has come, as the laser knows it. Pulse numbers restart at 0 in each pass of a path.
 struct FiredPosition {

@@ -54,6 +54,10 @@ void put_item(ByteWriter& out, const Item& item) noexcept {
     } else if (const auto* knot = std::get_if<StageKnot>(&item)) {
         out.put(block_tag::kStageKnot);
         put_place(out, {knot->x, knot->y, knot->z});
+    } else if (const auto* look = std::get_if<Look>(&item)) {
+        out.put(block_tag::kLook);
+        out.put(look->speed_um_s);
+        put_place(out, {look->x, look->y, look->z});
     }
 }
 

@@ -32,6 +32,10 @@ struct Words {
     void operator()(const StageKnot& k) const noexcept {
         hash.update_word(block_tag::kStageKnot).update_word(word(k.x)).update_word(word(k.y)).update_word(word(k.z));
     }
+    void operator()(const Look& l) const noexcept {
+        hash.update_word(block_tag::kLook).update_word(l.speed_um_s);
+        hash.update_word(word(l.x)).update_word(word(l.y)).update_word(word(l.z));
+    }
     void operator()(const PathEnd& /*end*/) const noexcept { hash.update_word(block_tag::kPathEnd); }
     void operator()(const Turn& turn) const noexcept { hash.update_word(block_tag::kTurn).update_word(word(turn.c)); }
     void operator()(const JobEnd& /*end*/) const noexcept { hash.update_word(block_tag::kJobEnd); }
@@ -59,6 +63,8 @@ void JobHasher::add(const Item& item) noexcept {
         words(*curve);
     } else if (const auto* knot = std::get_if<StageKnot>(&item)) {
         words(*knot);
+    } else if (const auto* look = std::get_if<Look>(&item)) {
+        words(*look);
     }
 }
 

@@ -5,7 +5,7 @@ sc_test(host_path_parts_test LABEL unit
   DEPS host_path)
 sc_test(host_path_job_plan_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/path/face_places_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/host/path/job_plan_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/free_path_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/job_refusal_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/path/job_plan_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/look_plan_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/free_path_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host/path/job_refusal_test.cpp
   DEPS host_path)
 sc_test(host_path_line_job_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/path/line_job_test.cpp

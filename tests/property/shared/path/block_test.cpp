@@ -37,6 +37,9 @@ std::vector<Item> random_items(Random& random) {
             case 20: items.emplace_back(sc::PathLight{below(random, 2) == 0}); break;
             case 21: items.emplace_back(sc::StageCurve{static_cast<std::uint32_t>(random())}); break;
             case 22: items.emplace_back(sc::StageKnot{coordinate(random, 0), coordinate(random, 0), 7}); break;
+            case 23:
+                items.emplace_back(sc::Look{static_cast<std::uint32_t>(random()), coordinate(random, 0), 7, 8});
+                break;
             case 0: items.emplace_back(sc::PathEnd{}); break;
             case 1: items.emplace_back(sc::JobEnd{}); break;
             case 4: {

@@ -143,6 +143,30 @@ TEST_F(Resume, AfterALossOfPowerThePartDecidesWhatIsUncertain) {
     }
 }
 
+/// With the Y sensor watching, a path is burnt only where it has looked: a resume begins with the looks again.
+TEST_F(Resume, AWatchedSurfaceIsLookedAtAnewAndNothingIsBurntTwice) {
+    const fs::path folder = fresh_folder();
+    const std::string examples = std::string(SC_SOURCE_DIR) + "/examples/ras3dm/";
+    std::string job = read_file(examples + "job.toml");
+    for (const char* file : {"table1.csv", "calibration.toml", "face90_c.csv"}) {
+        job = replaced(job, '"' + std::string(file) + '"', '"' + examples + file + '"');
+    }
+    write_file(folder / "job.toml", job + "[surface]\nmode = \"check\"\nwindow_mm = 1.0\n");
+    const std::vector<std::string> watched{(folder / "job.toml").string()};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), watched.front());
+        return more;
+    };
+    for (const std::string at : {"9.5", "14.6", "15.3", "16.2", "16.9"}) {
+        fs::remove(folder / "journal.sqlite");
+        fs::remove(folder / "retained.bin");
+        Cell cell(folder, "killed" + at, {"--kill-host-at", at, "--gap", "11"});
+        ASSERT_EQ(cell.scribe(watched), kKilled) << cell.said;
+        ASSERT_EQ(cell.scribe(with({"--resume", "--reset-fault"})), 0) << at << cell.said;
+        expect_same(cell.end(), undisturbed);
+    }
+}
+
 TEST_F(Resume, AJournalOfAnotherJobIsRefused) {
     const fs::path folder = fresh_folder();
     Cell cell(folder, "cell", {"--kill-host-at", "9.43", "--gap", "1"});

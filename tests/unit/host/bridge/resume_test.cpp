@@ -47,6 +47,61 @@ TEST(ResumePoint, RefusesAPlaceOfAnotherJob) {
     EXPECT_THROW((void)resume_point(job(), {.fired = 99, .path = 1, .pulses = 1}), InputError);
 }
 
+/// Turn, two looks (1, 2), path 1 (3 to 6), path 2 (7 to 10), two looks (11, 12), path 3 (13 to 16), end.
+std::vector<Item> watched_job() {
+    std::vector<Item> items{Turn{100}};
+    const auto looks = [&] { items.insert(items.end(), {Look{0, 1, 2, 3}, Look{50'000, 9, 2, 3}}); };
+    const auto path = [&](std::uint32_t id) {
+        items.insert(items.end(), {PathBegin{.path = id, .pitch_nm = 20'000}, PathPoint{}, PathPoint{5}, PathEnd{}});
+    };
+    looks();
+    path(1);
+    path(2);
+    looks();
+    path(3);
+    items.emplace_back(JobEnd{});
+    return items;
+}
+
+TEST(ResumePoint, WhereTheSurfaceIsWatchedItIsLookedAtAgainFirst) {
+    const auto items = watched_job();
+    struct Case {
+        FiredPlace place;
+        std::uint32_t first;
+        std::uint32_t path;
+        std::uint32_t pulses;
+    };
+    const std::vector<Case> cases{
+        {{.fired = 1}, 1, 1, 0},                             // before the first look
+        {{.fired = 2}, 1, 1, 0},                             // in the midst of looks
+        {{.fired = 4, .path = 1, .pulses = 7}, 1, 1, 7},     // on the first path
+        {{.fired = 7, .path = 1, .pulses = 40}, 1, 2, 0},    // between the paths
+        {{.fired = 8, .path = 2, .pulses = 3}, 1, 2, 3},     // on the second
+        {{.fired = 11, .path = 2, .pulses = 40}, 11, 3, 0},  // before the looks of the next group
+        {{.fired = 12, .path = 2, .pulses = 40}, 11, 3, 0},  // in the midst of them
+        {{.fired = 17, .path = 3, .pulses = 40}, 17, 0, 0},  // all is burnt
+        {{.fired = 1, .path = 2, .pulses = 3}, 1, 2, 3},     // broken off again while it looked anew
+        {{.fired = 5, .path = 2, .pulses = 3}, 1, 2, 3},     // and while a path was passed over
+        {{.fired = 2, .path = 2, .pulses = 0}, 1, 2, 0},     // the path to come had nothing burnt yet
+        {{.fired = 5, .path = 2, .pulses = 0}, 1, 2, 0},
+    };
+    for (const Case& c : cases) {
+        const ResumePoint point = resume_point(items, c.place);
+        EXPECT_EQ(point.first, c.first) << c.place.fired << ' ' << c.place.path;
+        EXPECT_EQ(point.pulses, c.pulses) << c.place.fired << ' ' << c.place.path;
+        EXPECT_EQ(point.path, c.path) << c.place.fired << ' ' << c.place.path;
+        EXPECT_EQ(point.hash_before, job_hash(std::span(items).first(c.first)));
+    }
+}
+
+TEST(ConfirmedPlace, PathsOfOneLookAreStillInTheirOrder) {
+    const auto items = watched_job();
+    const KnownPlace known{.source = PlaceSource::retained, .certain = {7, 1, 0, 40}, .reached = {8, 2, 0, 5}};
+    EXPECT_EQ(confirmed_place(items, known, "2/0/4").pulses, 4U);
+    EXPECT_THROW((void)confirmed_place(items, known, "1/0/4"), InputError);
+    EXPECT_THROW((void)confirmed_place(items, known, "2/0/6"), InputError);
+}
+
 TEST(KnownPlace, PrefersTheControllersWordAndFallsBackOnWhatWasSent) {
     link::Position told;
     told.source = 1;

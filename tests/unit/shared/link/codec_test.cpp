@@ -207,6 +207,8 @@ TEST(Schema, HashSeesNumberNameFieldNameAndFieldType) {
 
 TEST(Schema, HashIsAConstant) {
     static_assert(kSchemaHash == schema_hash());
+    static_assert(kSchemaHashes[0] == 0x51d7'1a83'279a'0873ULL && kSchemaHashes[1] == 0xbfd3'e071'dc89'3732ULL,
+                  "older minor versions must still be talked to");
     EXPECT_NE(kSchemaHash, 0U);
 }
 

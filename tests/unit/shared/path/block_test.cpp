@@ -68,6 +68,7 @@ TEST(Block, EveryKindOfItemComesBack) {
                                   sc::StageKnot{kMin, -1, kMax},
                                   PathPoint{7, 7, 8},
                                   sc::PathLight{true},
+                                  sc::Look{0xFFFFFFFF, kMin, -1, kMax},
                                   sc::JobEnd{}};
     EXPECT_EQ(decode(encode(items), items.size()), items);
 }
@@ -84,6 +85,9 @@ TEST(Block, HasThisLayout) {
 TEST(Block, LightAndStageHaveThisLayout) {
     const Buffer expected{7, 1, 8, 0x40, 0x9C, 0, 0, 9, 1, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF, 3, 0, 0, 0};
     EXPECT_EQ(encode({sc::PathLight{true}, sc::StageCurve{40'000}, sc::StageKnot{1, -2, 3}}), expected);
+    const Buffer look{10, 0x50, 0xC3, 0, 0, 1, 0, 0, 0, 0xFE, 0xFF, 0xFF, 0xFF, 3, 0, 0, 0};
+    EXPECT_EQ(encode({sc::Look{50'000, 1, -2, 3}}), look);
+    EXPECT_FALSE(decode({look.begin(), look.end() - 1}, 1).has_value());
     EXPECT_FALSE(decode({7, 2}, 1).has_value()) << "neither on nor off";
     EXPECT_FALSE(decode({7}, 1).has_value());
     EXPECT_FALSE(decode({8, 1, 0, 0}, 1).has_value());

@@ -69,7 +69,9 @@ TEST(JobHash, ChangesWithLightAndStage) {
     const std::vector<std::uint64_t> hashes{
         hash(sc::PathLight{false}),   hash(sc::PathLight{true}),    hash(sc::StageCurve{1}),
         hash(sc::StageCurve{2}),      hash(sc::StageKnot{1, 2, 3}), hash(sc::StageKnot{2, 2, 3}),
-        hash(sc::StageKnot{1, 3, 3}), hash(sc::StageKnot{1, 2, 4}), hash(sc::PathPoint{1, 2, 3})};
+        hash(sc::StageKnot{1, 3, 3}), hash(sc::StageKnot{1, 2, 4}), hash(sc::PathPoint{1, 2, 3}),
+        hash(sc::Look{1, 1, 2, 3}),   hash(sc::Look{2, 1, 2, 3}),   hash(sc::Look{1, 2, 2, 3}),
+        hash(sc::Look{1, 1, 3, 3}),   hash(sc::Look{1, 1, 2, 4})};
     for (std::size_t i = 0; i < hashes.size(); ++i) {
         for (std::size_t k = 0; k < i; ++k) {
             EXPECT_NE(hashes[i], hashes[k]) << i << " " << k;
