@@ -65,14 +65,13 @@ SimCell::SimCell(const CellOptions& options)
       world_(options_.world),
       plant_(options_.machine, world_, options_.script, safety::frame_guard),
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
-      to_controller_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
-      to_host_(options_.baud, options_.machine.control_period_ns, kLinkBytesPerTick),
+      link_(make_link_line(options_.carrier, options_.baud, options_.machine.control_period_ns)),
       retained_(options_.memory),
       controller_(options_.controller(options_.machine, options_.boot_id, retained_.memory())),
       record_(open_record(options_)),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
 
-void SimCell::push_link(std::span<const std::uint8_t> bytes) { to_controller_.push(bytes); }
+void SimCell::push_link(std::span<const std::uint8_t> bytes) { link_->push_host(bytes); }
 
 std::size_t SimCell::take_link(std::vector<std::uint8_t>& out) {
     const std::size_t count = link_tx_.size();
@@ -112,12 +111,10 @@ void SimCell::step_controller() {
 }
 
 void SimCell::carry_link() {
-    to_controller_.set_connected(plant_.link_connected());
-    to_host_.set_connected(plant_.link_connected());
-    to_host_.push(std::span(latest().link_tx).first(latest().link_tx_size));
+    link_->set_connected(plant_.link_connected());
+    link_->push_controller(std::span(latest().link_tx).first(latest().link_tx_size));
     link_rx_.clear();
-    to_controller_.tick(link_rx_);
-    to_host_.tick(link_tx_);
+    link_->tick(link_rx_, link_tx_);
 }
 
 void SimCell::note_state() {

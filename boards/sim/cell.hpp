@@ -12,8 +12,8 @@
 #include "boards/sim/cell_report.hpp"
 #include "boards/sim/cell_traces.hpp"
 #include "boards/sim/controller_host.hpp"
+#include "boards/sim/link_line.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
-#include "boards/sim/plant/serial_wire.hpp"
 #include "boards/sim/retained_file.hpp"
 #include "boards/sim/world/world.hpp"
 #include "shared/codes/state.hpp"
@@ -30,6 +30,7 @@ struct CellOptions {
     std::uint64_t record_limit_bytes = 100'000'000;
     std::vector<FaultEvent> script{};
     std::uint32_t baud = 921'600;
+    LinkCarrier carrier = LinkCarrier::serial;
     std::uint32_t boot_id = 1;
     bool command_trace = false;  ///< write command.trace too
     PulseSink on_pulse{};        ///< called besides the trace; may be empty
@@ -77,8 +78,7 @@ private:
     World world_;
     CellPlant plant_;
     CellTraces traces_;
-    SerialWire to_controller_;
-    SerialWire to_host_;
+    std::unique_ptr<LinkLine> link_;
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
     RetainedFile retained_;

@@ -50,6 +50,7 @@ struct Arguments {
     std::string out;
     std::string script;
     std::uint32_t baud = 921'600;
+    std::string carrier = "serial";
     std::uint32_t seed = 1;
     int lockstep = -1;
     std::string lockstep_at;
@@ -77,6 +78,10 @@ void describe(CLI::App& app, Arguments& a) {
     app.add_option("--script", a.script, "fault script");
     app.add_option("--baud", a.baud, "rate of the serial link")
         ->check(CLI::Range(9600, 10'000'000))
+        ->capture_default_str();
+    app.add_option("--carrier", a.carrier,
+                   "of the link, with --lockstep or --lockstep-fd: serial, can (1 Mbit/s) or canfd (1 and 5 Mbit/s)")
+        ->check(CLI::IsMember({"serial", "can", "canfd"}))
         ->capture_default_str();
     app.add_option("--seed", a.seed, "number of this start of the controller")->capture_default_str();
     app.add_flag("--command-trace", a.command_trace, "write command.trace too: the records under the command hash");
@@ -135,6 +140,17 @@ std::filesystem::path default_world() {
     return folder / kDefaultWorld;
 }
 
+sc::sim::LinkCarrier carrier_of(const Arguments& a) {
+    if (a.carrier == "serial") {
+        return sc::sim::LinkCarrier::serial;
+    }
+    if (a.pty || a.tcp >= 0) {
+        throw std::invalid_argument("--carrier " + a.carrier +
+                                    " needs --lockstep or --lockstep-fd: a terminal or a TCP port has no frames");
+    }
+    return a.carrier == "can" ? sc::sim::LinkCarrier::can : sc::sim::LinkCarrier::canfd;
+}
+
 sc::sim::CellOptions options_of(const Arguments& a) {
     sc::sim::CellOptions options;
     options.world = a.world.empty() ? default_world() : std::filesystem::path(a.world);
@@ -143,6 +159,7 @@ sc::sim::CellOptions options_of(const Arguments& a) {
         options.script = sc::sim::read_fault_script(a.script);
     }
     options.baud = a.baud;
+    options.carrier = carrier_of(a);
     options.boot_id = a.seed;
     options.command_trace = a.command_trace;
     if (a.controller == "m7") {

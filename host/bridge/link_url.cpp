@@ -10,7 +10,8 @@
 namespace sc::host {
 namespace {
 
-constexpr std::string_view kForms = "use sim:, serial:/dev/ttyUSB0?baud=921600, tcp:127.0.0.1:7000 or lockstep:SOCKET";
+constexpr std::string_view kForms =
+    "use sim:, sim:?carrier=can, serial:/dev/ttyUSB0?baud=921600, tcp:127.0.0.1:7000 or lockstep:SOCKET";
 
 [[noreturn]] void refuse(const std::string& problem, std::string_view value) {
     throw InputError({.file = {}, .problem = problem, .value = std::string(value), .action = std::string(kForms)});
@@ -24,6 +25,28 @@ unsigned number(std::string_view text, unsigned limit, const std::string& proble
         refuse(problem, text);
     }
     return value;
+}
+
+/// Of a simulated cell, from what stands behind the question mark.
+SimCarrier carrier_of(std::string_view query) {
+    constexpr std::string_view kCarrier = "carrier=";
+    if (!query.starts_with(kCarrier)) {
+        refuse("unknown option of a simulated cell's link", query);
+    }
+    const std::string_view name = query.substr(kCarrier.size());
+    if (name == "serial") {
+        return SimCarrier::serial;
+    }
+    if (name == "can") {
+        return SimCarrier::can;
+    }
+    if (name == "canfd") {
+        return SimCarrier::canfd;
+    }
+    throw InputError({.file = {},
+                      .problem = "unknown carrier of a simulated cell",
+                      .value = std::string(name),
+                      .action = "use carrier=serial, carrier=can or carrier=canfd"});
 }
 
 SerialUrl serial_url(std::string_view rest) {
@@ -64,11 +87,13 @@ LinkUrl parse_link_url(const std::string& url) {
         throw InputError(
             {.file = {}, .problem = "SocketCAN link is not built yet", .value = url, .action = std::string(kForms)});
     }
-    if (scheme == "sim" && rest.empty()) {
-        return SimulatedUrl{};
+    if (scheme == "sim" && (rest.empty() || rest.front() == '?')) {
+        return SimulatedUrl{rest.empty() ? SimCarrier::serial : carrier_of(rest.substr(1))};
     }
-    if (scheme == "lockstep" && !rest.empty()) {
-        return LockStepUrl{std::string(rest)};
+    if (const std::size_t mark = rest.find('?'); scheme == "lockstep" && !rest.empty() && mark != 0) {
+        const bool told = mark != std::string_view::npos;
+        return LockStepUrl{std::string(rest.substr(0, mark)),
+                           told ? carrier_of(rest.substr(mark + 1)) : SimCarrier::serial};
     }
     if (scheme == "serial" && colon != std::string_view::npos) {
         return serial_url(rest);

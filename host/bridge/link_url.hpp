@@ -7,9 +7,15 @@
 
 namespace sc::host {
 
-struct SimulatedUrl {};
+/// What the link of a simulated cell runs over.
+enum class SimCarrier : std::uint8_t { serial, can, canfd };
+
+struct SimulatedUrl {
+    SimCarrier carrier = SimCarrier::serial;
+};
 struct LockStepUrl {
     std::string path;  ///< of the cell's socket
+    SimCarrier carrier = SimCarrier::serial;
 };
 struct SerialUrl {
     std::string device;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/bridge/open_transport.hpp"
 
+#include <chrono>
 #include <utility>
 #include <vector>
 
 #include <sys/socket.h>
 #include <sys/un.h>
 
+#include "host/bridge/can_transport.hpp"
+#include "host/bridge/capture_transport.hpp"
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/fd_transport.hpp"
@@ -92,7 +95,16 @@ std::unique_ptr<Transport> open_lock_step(const std::string& path, const LinkOpt
                                          LockStepTransport::Options{.jitter = options.jitter, .seed = options.seed});
 }
 
-std::vector<std::string> cell_arguments(const LinkOptions& options) {
+const char* name_of(SimCarrier carrier) {
+    switch (carrier) {
+        case SimCarrier::serial: return "serial";
+        case SimCarrier::can: return "can";
+        case SimCarrier::canfd: return "canfd";
+    }
+    return "";
+}
+
+std::vector<std::string> cell_arguments(const LinkOptions& options, SimCarrier carrier) {
     std::vector<std::string> words{"--lockstep-fd", std::to_string(ChildProcess::kChildSocket)};
     const auto add = [&words](const char* name, const std::string& value) {
         words.emplace_back(name);
@@ -110,6 +122,9 @@ std::vector<std::string> cell_arguments(const LinkOptions& options) {
     if (options.record) {
         add("--record", options.record->string());
         add("--record-limit", std::to_string(options.record_limit_mb));
+    }
+    if (carrier != SimCarrier::serial) {
+        add("--carrier", name_of(carrier));
     }
     if (options.baud) {
         add("--baud", std::to_string(*options.baud));
@@ -129,29 +144,65 @@ std::vector<std::string> cell_arguments(const LinkOptions& options) {
     return words;
 }
 
-std::unique_ptr<Transport> start_simulated(const LinkOptions& options) {
+std::unique_ptr<Transport> start_simulated(const LinkOptions& options, SimCarrier carrier) {
     const auto program = find_program(kCellProgram);
     if (!program) {
         throw LinkError("the program scribecell-cell is not there: build it (./run does), or set SCRIBECELL_ROOT");
     }
     const LockStepTransport::Options lock_step{.jitter = options.jitter, .seed = options.seed};
-    return std::make_unique<SimTransport>(*program, cell_arguments(options), lock_step);
+    return std::make_unique<SimTransport>(*program, cell_arguments(options, carrier), lock_step);
+}
+
+std::unique_ptr<Transport> open_carrier(const LinkUrl& url, const LinkOptions& options) {
+    if (const auto* serial = std::get_if<SerialUrl>(&url)) {
+        return open_serial(serial->device, serial->baud);
+    }
+    if (const auto* tcp = std::get_if<TcpUrl>(&url)) {
+        return open_tcp(tcp->host, tcp->port);
+    }
+    if (const auto* lasting = std::get_if<LockStepUrl>(&url)) {
+        return open_lock_step(lasting->path, options);
+    }
+    return start_simulated(options, std::get<SimulatedUrl>(url).carrier);
+}
+
+/// Only simulated cells have a choice; real lines carry bytes.
+SimCarrier carrier_of(const LinkUrl& url) {
+    if (const auto* simulated = std::get_if<SimulatedUrl>(&url)) {
+        return simulated->carrier;
+    }
+    const auto* lasting = std::get_if<LockStepUrl>(&url);
+    return lasting != nullptr ? lasting->carrier : SimCarrier::serial;
+}
+
+/// Captures of real links carry the time of day, of simulated ones the cell's own.
+Nanoseconds capture_offset(const LinkUrl& url, const Transport& carrier) {
+    if (std::holds_alternative<SimulatedUrl>(url) || std::holds_alternative<LockStepUrl>(url)) {
+        return Nanoseconds::zero();
+    }
+    const auto today = std::chrono::system_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<Nanoseconds>(today) - carrier.now().time_since_epoch();
 }
 
 }  // namespace
 
 std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOptions& options) {
     const LinkUrl parsed = parse_link_url(url);
-    if (const auto* serial = std::get_if<SerialUrl>(&parsed)) {
-        return open_serial(serial->device, serial->baud);
+    const SimCarrier kind = carrier_of(parsed);
+    std::unique_ptr<CaptureWriter> capture;
+    if (options.capture) {
+        capture = std::make_unique<CaptureWriter>(*options.capture,
+                                                  kind == SimCarrier::serial ? CaptureKind::serial : CaptureKind::can);
     }
-    if (const auto* tcp = std::get_if<TcpUrl>(&parsed)) {
-        return open_tcp(tcp->host, tcp->port);
+    std::unique_ptr<Transport> carrier = open_carrier(parsed, options);
+    if (kind != SimCarrier::serial) {
+        return std::make_unique<CanTransport>(std::move(carrier), kind == SimCarrier::canfd, std::move(capture));
     }
-    if (const auto* lasting = std::get_if<LockStepUrl>(&parsed)) {
-        return open_lock_step(lasting->path, options);
+    if (capture) {
+        const Nanoseconds offset = capture_offset(parsed, *carrier);
+        return std::make_unique<CaptureTransport>(std::move(carrier), std::move(capture), offset);
     }
-    return start_simulated(options);
+    return carrier;
 }
 
 bool is_simulated(const std::string& url) { return std::holds_alternative<SimulatedUrl>(parse_link_url(url)); }

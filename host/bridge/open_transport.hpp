@@ -12,8 +12,9 @@
 
 namespace sc::host {
 
-/// What a link needs besides its URL. Only the simulated cell uses it.
+/// What a link needs besides its URL. Only the simulated cell uses what is not `capture`.
 struct LinkOptions {
+    std::optional<std::filesystem::path> capture;   ///< pcap file of all that passes (host/formats/capture_file.hpp)
     std::optional<std::filesystem::path> world;     ///< world file; the cell's default without one
     std::optional<std::filesystem::path> out;       ///< folder for the cell's traces
     std::optional<std::filesystem::path> script;    ///< faults to provoke, by virtual time
@@ -31,9 +32,11 @@ struct LinkOptions {
 /// Opens the cell named by `url`:
 ///
 ///     sim:                          the simulated cell, started by this call, in lock-step virtual time
+///     sim:?carrier=can              the same over a simulated bus: can (1 Mbit/s), canfd (1 and 5 Mbit/s) or serial
 ///     serial:/dev/ttyUSB0?baud=N    a serial line or pseudo-terminal (8N1; without baud the speed stays as it is)
 ///     tcp:127.0.0.1:7000            a cell on a TCP port
-///     lockstep:cell.socket          a simulated cell that listens there (scribecell-cell --lockstep), in virtual time
+///     lockstep:cell.socket          a simulated cell that listens there (scribecell-cell --lockstep), in virtual time;
+///                                   ?carrier= as above, if it was started with --carrier
 ///
 /// Throws InputError for a URL that is none or names a carrier that is not built, LinkError when the cell cannot be
 /// reached. For `sim:` the returned carrier ends the cell when destroyed, and waits until its traces are written.

@@ -160,6 +160,8 @@ void add_jog(CLI::App& app, int& exit_code) {
            "--record", [&file = options->link_options.record](const std::string& word) { file = word; },
            "log of the controller's inputs, for replay; simulated cell")
         ->type_name("FILE");
+    sub->add_option("--capture", options->link_options.capture, "pcap file of all that passes over the link")
+        ->type_name("FILE.pcap");
     sub->add_flag("--home", options->home, "home all axes first, if they are not");
     sub->add_flag("--reset-fault", options->reset_fault, "acknowledge a latched fault first");
     sub->callback([options, &exit_code] { exit_code = guarded(false, [&options] { return run(*options); }); });

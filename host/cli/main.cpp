@@ -22,6 +22,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell monitor --once             state of a cell
   scribecell sensors                    what the distance sensors say
   scribecell check run1/samples.trace   whether the motion kept its limits
+  scribecell protocol --decode job.pcap what passed over a link; its files for Wireshark and CAN tools
   scribecell doctor                     what is installed, connected, missing
 
 Exit codes: 0 done; 1 the cell or the job failed; 2 bad input or usage; 130 Ctrl-C.)";
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_sensors(app, exit_code);
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
+        sc::host::cli::add_protocol(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_version(app, exit_code);
         sc::host::cli::add_bench(app, exit_code);

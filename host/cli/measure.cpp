@@ -275,8 +275,8 @@ int run_batch(const Words& words, const CalibrationSet& set, const StationJob& j
 }
 
 void check(const Words& words) {
-    if (words.link.empty() && (words.link_options.world || words.link_options.script)) {
-        refuse_words("--world and --script belong to the simulated cell", "give them with --link sim:");
+    if (words.link.empty() && (words.link_options.world || words.link_options.script || words.link_options.capture)) {
+        refuse_words("--world, --script and --capture belong to a link", "give them with --link sim:");
     }
     if (words.link.empty()) {
         return;
@@ -364,6 +364,8 @@ void add_measure(CLI::App& app, int& exit_code) {
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     sub->add_option("--link", words->link, "--live: the sensors of this cell in place of a file")->type_name("URL");
+    sub->add_option("--capture", words->link_options.capture, "--link: pcap file of all that passes over the link")
+        ->type_name("FILE.pcap");
     sub->add_option("--world", words->link_options.world, "--link sim: world of the simulated cell")->type_name("FILE");
     sub->add_option("--script", words->link_options.script, "--link sim: its script of faults")->type_name("FILE");
     sub->add_option("--port", words->port, "--live: port of the page on this computer; 0 = any that is free")

@@ -35,6 +35,7 @@ constexpr Nanoseconds kFirstLimit = std::chrono::seconds(2);
 
 struct MonitorOptions {
     std::string link = "sim:";
+    LinkOptions link_options;
     bool once = false;
     bool json = false;
     bool config = false;
@@ -67,7 +68,7 @@ void show_again(const CellClient& client, const MonitorOptions& options, std::si
 int run(const MonitorOptions& options) {
     install_stop_signals();
     const bool simulated = is_simulated(options.link);
-    const auto transport = open_transport(options.link, {});
+    const auto transport = open_transport(options.link, options.link_options);
     CellClient client(*transport, {.session = std::random_device{}()});
     client.set_stop_check(stop_requested);
     client.connect();
@@ -97,6 +98,8 @@ void add_monitor(CLI::App& app, int& exit_code) {
     sub->footer(kExamples);
     const auto options = std::make_shared<MonitorOptions>();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    sub->add_option("--capture", options->link_options.capture, "pcap file of all that passes over the link")
+        ->type_name("FILE.pcap");
     sub->add_flag("--once", options->once, "print once and end");
     sub->add_flag("--json", options->json, "one JSON object (with --once), else one a line");
     sub->add_flag("--config", options->config, "the machine's configuration too");

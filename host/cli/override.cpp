@@ -31,6 +31,7 @@ constexpr Nanoseconds kStatusLimit = std::chrono::seconds(2);
 struct OverrideOptions {
     int percent = 0;
     std::string link;
+    LinkOptions link_options;
 };
 
 int run(const OverrideOptions& options) {
@@ -42,7 +43,7 @@ int run(const OverrideOptions& options) {
                           .action = "name a cell that runs (`scribecell cell --tcp 7000`), or use scribe --override"});
     }
     install_stop_signals();
-    const auto transport = open_transport(options.link, {});
+    const auto transport = open_transport(options.link, options.link_options);
     CellClient client(*transport, {.session = std::random_device{}()});
     client.set_stop_check(stop_requested);
     client.connect();
@@ -74,6 +75,8 @@ void add_override(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<OverrideOptions>();
     sub->add_option("percent", options->percent, "of the programmed speed of paths, 10..200")->required();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->required();
+    sub->add_option("--capture", options->link_options.capture, "pcap file of all that passes over the link")
+        ->type_name("FILE.pcap");
     sub->callback([options, &exit_code] { exit_code = guarded(false, [&options] { return run(*options); }); });
 }
 

@@ -26,6 +26,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell scribe my_job.toml --preview --link tcp:127.0.0.1:7000
       traces the job with the visible guide laser, again and again until Ctrl-C: the source stays off and its shutter
       shut. With the key at setup the enclosure may be open
+  scribecell scribe --link 'sim:?carrier=can' --capture job.pcap
+      over a simulated CAN bus (canfd, serial), and all that passed as a file for Wireshark (docs/protocol.md)
   scribecell scribe --override 50
       at half speed; in a terminal the keys + and - change it by 10 % while the job runs, 0 sets 100 %
   scribecell scribe --board m7
@@ -79,7 +81,8 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
 void describe_cell(CLI::App& app, Words& words) {
     ScribeOptions& o = words.options;
     LinkOptions& link = o.link_options;
-    app.add_option("--link", o.link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT, lockstep:SOCKET")
+    app.add_option("--link", o.link,
+                   "the cell: sim:[?carrier=can], serial:/dev/...[?baud=N], tcp:HOST:PORT, lockstep:SOCKET")
         ->type_name("URL")
         ->capture_default_str();
     app.add_option("--board", link.board,
@@ -100,6 +103,9 @@ void describe_cell(CLI::App& app, Words& words) {
     optional_option(app, "--out", link.out, "folder for traces, journal and reports (default: none are kept)")
         ->type_name("DIR");
     optional_option(app, "--script", link.script, "faults to provoke in the simulated cell")->type_name("FILE");
+    optional_option(app, "--capture", link.capture,
+                    "pcap file of all that passes over the link, for Wireshark and `scribecell protocol --decode`")
+        ->type_name("FILE.pcap");
     optional_option(app, "--record", link.record,
                     "log of the controller's inputs, for replay (default: inputs.rec in the folder of --out)")
         ->type_name("FILE");

@@ -226,6 +226,8 @@ void add_sensors(CLI::App& app, int& exit_code) {
     sub->add_flag("--in-turn", options->in_turn, "light the lasers of the triple head one at a time");
     sub->add_option("--reference", options->reference, "print a [seating] table from so many measurements");
     sub->add_option("--after", options->after_s, "seconds of the cell's time to wait first");
+    sub->add_option("--capture", options->link_options.capture, "pcap file of all that passes over the link")
+        ->type_name("FILE.pcap");
     sub->add_option("--world", options->link_options.world, "world of the simulated cell")->type_name("FILE");
     sub->add_option("--script", options->link_options.script, "its script of faults")->type_name("FILE");
     sub->callback([options, &exit_code] {

@@ -22,6 +22,7 @@ void add_monitor(CLI::App& app, int& exit_code);
 void add_sensors(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
+void add_protocol(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_version(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);

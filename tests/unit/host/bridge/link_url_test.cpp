@@ -23,11 +23,43 @@ TEST(LinkUrl, TakesTheThreeForms) {
     EXPECT_FALSE(is_simulated("tcp:localhost:1"));
 }
 
+TEST(LinkUrl, ASimulatedCellHasItsCarrier) {
+    EXPECT_EQ(std::get<SimulatedUrl>(parse_link_url("sim:")).carrier, SimCarrier::serial);
+    EXPECT_EQ(std::get<SimulatedUrl>(parse_link_url("sim:?carrier=serial")).carrier, SimCarrier::serial);
+    EXPECT_EQ(std::get<SimulatedUrl>(parse_link_url("sim:?carrier=can")).carrier, SimCarrier::can);
+    EXPECT_EQ(std::get<SimulatedUrl>(parse_link_url("sim:?carrier=canfd")).carrier, SimCarrier::canfd);
+    EXPECT_TRUE(is_simulated("sim:?carrier=can"));
+    const auto lasting = std::get<LockStepUrl>(parse_link_url("lockstep:/tmp/cell.socket?carrier=can"));
+    EXPECT_EQ(lasting.path, "/tmp/cell.socket");
+    EXPECT_EQ(lasting.carrier, SimCarrier::can);
+    EXPECT_EQ(std::get<LockStepUrl>(parse_link_url("lockstep:x")).carrier, SimCarrier::serial);
+}
+
 TEST(LinkUrl, RefusesEverythingElse) {
-    for (const char* url :
-         {"", "usb:1", "sim:x", "serial", "serial:", "serial:?baud=9600", "serial:/dev/x?speed=9",
-          "serial:/dev/x?baud=", "serial:/dev/x?baud=9600x", "serial:/dev/x?baud=-1", "tcp:", "tcp:7000", "tcp::7000",
-          "tcp:host:", "tcp:host:0", "tcp:host:65536", "tcp:host:7000x", "/dev/ttyUSB0"}) {
+    for (const char* url : {"",
+                            "usb:1",
+                            "sim:x",
+                            "sim:?",
+                            "sim:?carrier=",
+                            "sim:?carrier=bus",
+                            "sim:?baud=9",
+                            "lockstep:?carrier=can",
+                            "lockstep:x?carrier=y",
+                            "serial",
+                            "serial:",
+                            "serial:?baud=9600",
+                            "serial:/dev/x?speed=9",
+                            "serial:/dev/x?baud=",
+                            "serial:/dev/x?baud=9600x",
+                            "serial:/dev/x?baud=-1",
+                            "tcp:",
+                            "tcp:7000",
+                            "tcp::7000",
+                            "tcp:host:",
+                            "tcp:host:0",
+                            "tcp:host:65536",
+                            "tcp:host:7000x",
+                            "/dev/ttyUSB0"}) {
         EXPECT_THROW(static_cast<void>(parse_link_url(url)), InputError) << url;
     }
 }
