@@ -144,9 +144,17 @@ bool parse_number(std::string_view text, double& out) noexcept {
 
 CsvTable CsvTable::read(const std::filesystem::path& path) { return parse(path, read_text_file(path)); }
 
-CsvTable CsvTable::parse(const std::filesystem::path& path, std::string_view text) {
+CsvTable CsvTable::parse(const std::filesystem::path& path, std::string_view text) { return parse(path, text, {}); }
+
+CsvTable CsvTable::parse(const std::filesystem::path& path, std::string_view text, std::string_view header) {
     CsvTable table;
     table.file_ = path;
+    if (!header.empty()) {
+        std::vector<std::string> names = split(header);
+        check_header(path.string(), 0, header, names);
+        table.columns_ = std::move(names);
+        table.header_line_ = 0;
+    }
     if (text.starts_with("\xEF\xBB\xBF")) {
         text.remove_prefix(3);
     }

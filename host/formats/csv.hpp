@@ -26,11 +26,15 @@ public:
     [[nodiscard]] static CsvTable read(const std::filesystem::path& path);
     /// The same from text in memory; `path` is for messages only.
     [[nodiscard]] static CsvTable parse(const std::filesystem::path& path, std::string_view text);
+    /// The same of a file without a header: `header` stands in for it.
+    [[nodiscard]] static CsvTable parse(const std::filesystem::path& path, std::string_view text,
+                                        std::string_view header);
 
     [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }
     [[nodiscard]] std::size_t size() const noexcept { return rows_.size(); }
     [[nodiscard]] const std::vector<std::string>& columns() const noexcept { return columns_; }
     [[nodiscard]] int line(std::size_t row) const { return rows_.at(row).line; }
+    [[nodiscard]] int header_line() const noexcept { return header_line_; }
 
     /// Index of a column by name. Throws InputError that names the missing column and lists those present.
     [[nodiscard]] std::size_t column(std::string_view name) const;
