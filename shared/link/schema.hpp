@@ -26,9 +26,9 @@ struct MessageList {
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
                                  SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag,
-                                 SetSurface, CheckSeating, SensorsRequest>;
+                                 TelemetryRequest, BlackboxRequest, SetSurface, CheckSeating, SensorsRequest>;
 using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position,
-                                 StreamMissing, SensorReport>;
+                                 StreamMissing, ClockReply, Telemetry, BlackboxChunk, SensorReport>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>
@@ -127,10 +127,18 @@ struct LayoutVersions {
     std::uint16_t map = kMapVersion;
 };
 
+/// A minor version keeps the block grammar that it came with: later ones only add to it.
+[[nodiscard]] constexpr LayoutVersions layouts_of(std::uint8_t minor) noexcept {
+    LayoutVersions layouts;
+    if (minor < 2) {
+        layouts.block_grammar = 3;
+    }
+    return layouts;
+}
+
 /// Hash over the number, name, field names and field types of every message that a minor version has, the protocol's
 /// major version, and the versions of the block grammar, of the machine configuration's layout and of the axis map's.
-[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor = kProtocolMinor,
-                                                  const LayoutVersions& layouts = {}) noexcept {
+[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor, const LayoutVersions& layouts) noexcept {
     schema_detail::Hasher hasher;
     hasher.number(kProtocolMajor);
     hasher.number(layouts.block_grammar);
@@ -145,7 +153,10 @@ struct LayoutVersions {
     for_each_message(CellMessages{}, add);
     return hasher.hash.value();
 }
-inline constexpr std::uint64_t kSchemaHash = schema_hash();
+[[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor = kProtocolMinor) noexcept {
+    return schema_hash(minor, layouts_of(minor));
+}
+inline constexpr std::uint64_t kSchemaHash = schema_hash(kProtocolMinor);
 
 /// Hash of each minor version, from 0.
 inline constexpr std::array<std::uint64_t, kProtocolMinor + 1> kSchemaHashes = [] {
@@ -157,6 +168,8 @@ inline constexpr std::array<std::uint64_t, kProtocolMinor + 1> kSchemaHashes = [
 }();
 static_assert(schema_hash(0, {.block_grammar = 2, .config = 3, .map = 1}) == 0xA37B'BB52'C31C'7BBCULL,
               "the messages of minor version 0 must stay as they were");
+static_assert(schema_hash(1, {.block_grammar = 3, .config = 5, .map = 1}) == 0xBFD3'E071'DC89'3732ULL,
+              "the messages of minor version 1 must stay as they were");
 
 /// The minor version that a peer's schema is of; none for a schema that is not known here.
 [[nodiscard]] constexpr std::optional<std::uint8_t> minor_of(std::uint64_t schema) noexcept {
