@@ -7,6 +7,55 @@
 #include "shared/hash/crc.hpp"
 
 namespace sc::link {
+namespace {
+
+/// Which event a request becomes, and where its content goes.
+template <LinkEvent::Kind Kind, auto Body>
+struct Event {
+    static constexpr LinkEvent::Kind kKind = Kind;
+    static constexpr auto kBody = Body;
+};
+template <class Message>
+struct EventOf;
+template <>
+struct EventOf<Command> : Event<LinkEvent::Kind::command, &LinkEvent::command> {};
+template <>
+struct EventOf<JobOpen> : Event<LinkEvent::Kind::job_open, &LinkEvent::job_open> {};
+template <>
+struct EventOf<JobResume> : Event<LinkEvent::Kind::job_resume, &LinkEvent::job_resume> {};
+template <>
+struct EventOf<PositionRequest> : Event<LinkEvent::Kind::position_request, &LinkEvent::position_request> {};
+template <>
+struct EventOf<SetCompensation> : Event<LinkEvent::Kind::compensation, &LinkEvent::compensation> {};
+template <>
+struct EventOf<MapChunk> : Event<LinkEvent::Kind::map_chunk, &LinkEvent::map_chunk> {};
+template <>
+struct EventOf<SetMap> : Event<LinkEvent::Kind::set_map, &LinkEvent::set_map> {};
+template <>
+struct EventOf<SetGalvoField> : Event<LinkEvent::Kind::galvo_field, &LinkEvent::galvo_field> {};
+template <>
+struct EventOf<SetPowerCurve> : Event<LinkEvent::Kind::power_curve, &LinkEvent::power_curve> {};
+template <>
+struct EventOf<SetGalvoLag> : Event<LinkEvent::Kind::galvo_lag, &LinkEvent::galvo_lag> {};
+template <>
+struct EventOf<SetSurface> : Event<LinkEvent::Kind::surface, &LinkEvent::surface> {};
+template <>
+struct EventOf<CheckSeating> : Event<LinkEvent::Kind::seating, &LinkEvent::seating> {};
+
+using RequestMessages = MessageList<Command, JobOpen, JobResume, PositionRequest, SetCompensation, MapChunk, SetMap,
+                                    SetGalvoField, SetPowerCurve, SetGalvoLag, SetSurface, CheckSeating>;
+
+/// The payload has been decoded once, so this cannot fail.
+template <class... Message>
+void read_body(MessageList<Message...> /*list*/, LinkEvent::Kind kind, std::span<const std::uint8_t> payload,
+               LinkEvent& out) noexcept {
+    const auto read = [&]<class M>(const M* /*type*/) noexcept {
+        return kind == EventOf<M>::kKind && (static_cast<void>(decode_payload(payload, out.*EventOf<M>::kBody)), true);
+    };
+    static_cast<void>((read(static_cast<const Message*>(nullptr)) || ...));
+}
+
+}  // namespace
 
 Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const EndpointOptions& options) noexcept
     : config_crc_(0),
@@ -35,6 +84,7 @@ void Endpoint::take(const Envelope& envelope) noexcept {
         last_heard_ = tick_;
         heard_ = envelope.counter;
     }
+    payload_ = envelope.payload;
     if (envelope.id == Block::kId) {
         take_block(envelope.payload);
         return;
@@ -74,10 +124,10 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
             event_count_ = 0;
             replies_ = {};
             unremembered_.reset();
+            telemetry_.stop();
+            blackbox_wanted_.reset();
         }
-        LinkEvent event;
-        event.kind = resumed ? LinkEvent::Kind::session_resumed : LinkEvent::Kind::session_open;
-        if (!push_event(event)) {
+        if (!push_event(resumed ? LinkEvent::Kind::session_resumed : LinkEvent::Kind::session_open)) {
             return;
         }
         session_open_ = true;
@@ -105,100 +155,47 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
     hello_reply_ = reply;
 }
 
-void Endpoint::on(const Heartbeat& /*heartbeat*/) noexcept {}
-
-void Endpoint::on(const Command& command) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::command;
-    event.command = command;
-    request(command.sequence, event);
-}
-
-void Endpoint::on(const JobOpen& open) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::job_open;
-    event.job_open = open;
-    request(open.sequence, event);
-}
-
-void Endpoint::on(const JobResume& resume) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::job_resume;
-    event.job_resume = resume;
-    request(resume.sequence, event);
-}
-
-void Endpoint::on(const PositionRequest& request) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::position_request;
-    event.position_request = request;
-    if (session_open_) {
-        push_event(event);
+void Endpoint::on(const Heartbeat& heartbeat) noexcept {
+    if (session_open_ && tick_ - last_clock_tick_ >= kClockEveryTicks) {
+        clock_ = ClockReply{heartbeat.host_time_us, cell_time_us(), 0};
+        last_clock_tick_ = tick_;
     }
 }
 
-void Endpoint::on(const SetCompensation& compensation) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::compensation;
-    event.compensation = compensation;
-    request(compensation.sequence, event);
-}
-
-// Apart from the decoder, whose frame holds the whole message already.
-[[gnu::noinline]] void Endpoint::on(const MapChunk& chunk) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::map_chunk;
-    event.map_chunk = chunk;
-    request(chunk.sequence, event);
-}
-
-void Endpoint::on(const SetMap& map) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::set_map;
-    event.set_map = map;
-    request(map.sequence, event);
-}
-
-[[gnu::noinline]] void Endpoint::on(const SetGalvoField& field) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::galvo_field;
-    event.galvo_field = field;
-    request(field.sequence, event);
-}
-
-[[gnu::noinline]] void Endpoint::on(const SetPowerCurve& curve) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::power_curve;
-    event.power_curve = curve;
-    request(curve.sequence, event);
-}
-
-void Endpoint::on(const SetGalvoLag& lag) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::galvo_lag;
-    event.galvo_lag = lag;
-    request(lag.sequence, event);
-}
-
-void Endpoint::on(const SetSurface& surface) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::surface;
-    event.surface = surface;
-    request(surface.sequence, event);
-}
-
-void Endpoint::on(const CheckSeating& seating) noexcept {
-    LinkEvent event;
-    event.kind = LinkEvent::Kind::seating;
-    event.seating = seating;
-    request(seating.sequence, event);
+void Endpoint::on(const PositionRequest& /*request*/) noexcept {
+    if (session_open_) {
+        push_event(LinkEvent::Kind::position_request);
+    }
 }
 
 void Endpoint::on(const SensorsRequest& /*request*/) noexcept {
     if (session_open_) {
-        LinkEvent event;
-        event.kind = LinkEvent::Kind::sensors;
-        static_cast<void>(push_event(event));
+        push_event(LinkEvent::Kind::sensors);
+    }
+}
+
+void Endpoint::on(const TelemetryRequest& wanted) noexcept {
+    if (fresh(wanted.sequence)) {
+        std::int64_t detail = 0;
+        const Refusal refusal =
+            telemetry_.subscribe(wanted, static_cast<std::uint32_t>(control_period_ns_), tick_, detail);
+        replies_.answer(wanted.sequence, refusal, detail);
+    }
+}
+
+void Endpoint::on(const BlackboxRequest& wanted) noexcept {
+    if (session_open_) {
+        blackbox_wanted_ = wanted;
+    }
+}
+
+/// Everything that is answered by the controller under a sequence.
+template <class Message>
+void Endpoint::on(const Message& message) noexcept {
+    if (session_open_ && event_count_ == kEvents) {
+        ++counters_.events_lost;
+    } else if (fresh(message.sequence)) {
+        push_event(EventOf<Message>::kKind);
     }
 }
 
@@ -218,34 +215,36 @@ void Endpoint::on(const ConfigRequest& request) noexcept {
     }
 }
 
-void Endpoint::request(std::uint32_t sequence, const LinkEvent& event) noexcept {
+/// False when a request is not to be done: its answer, if it has one, is on its way.
+bool Endpoint::fresh(std::uint32_t sequence) noexcept {
     if (!session_open_) {
         answer_unremembered(sequence, Refusal::not_connected);
-        return;
-    }
-    if (event_count_ == kEvents) {
-        ++counters_.events_lost;
-        return;
+        return false;
     }
     switch (replies_.take(sequence)) {
-        case ReplyMemory::Verdict::fresh: push_event(event); break;
+        case ReplyMemory::Verdict::fresh: return true;
         case ReplyMemory::Verdict::stale: answer_unremembered(sequence, Refusal::wrong_state); break;
         case ReplyMemory::Verdict::full: ++counters_.events_lost; break;
         case ReplyMemory::Verdict::pending:
         case ReplyMemory::Verdict::repeat: break;
     }
+    return false;
 }
 
 void Endpoint::answer_unremembered(std::uint32_t sequence, Refusal refusal) noexcept {
     unremembered_ = CommandReply{sequence, static_cast<std::uint16_t>(refusal), 0};
 }
 
-bool Endpoint::push_event(const LinkEvent& event) noexcept {
+/// With the payload of the message that is being taken.
+bool Endpoint::push_event(LinkEvent::Kind kind) noexcept {
     if (event_count_ == kEvents) {
         ++counters_.events_lost;
         return false;
     }
-    events_[(event_head_ + event_count_) % kEvents] = event;
+    Pending& event = events_[(event_head_ + event_count_) % kEvents];
+    event.kind = kind;
+    event.size = static_cast<std::uint8_t>(payload_.size());
+    std::copy(payload_.begin(), payload_.end(), event.payload.begin());
     ++event_count_;
     return true;
 }
@@ -256,10 +255,12 @@ bool Endpoint::alive(std::int64_t tick) const noexcept { return session_open_ &&
 
 bool Endpoint::poll(LinkEvent& out) noexcept {
     if (event_count_ == 0) {
-        out = {};
+        out.kind = LinkEvent::Kind::none;
         return false;
     }
-    out = events_[event_head_];
+    const Pending& event = events_[event_head_];
+    out.kind = event.kind;
+    read_body(RequestMessages{}, event.kind, std::span(event.payload).first(event.size), out);
     event_head_ = (event_head_ + 1) % kEvents;
     --event_count_;
     return true;
@@ -306,187 +307,6 @@ LinkCounters Endpoint::counters() const noexcept {
     all.items_repeated = stream_.items_repeated();
     all.blocks_ahead = stream_.blocks_ahead();
     return all;
-}
-
-// --- sending ------------------------------------------------------------------------------------------------------
-
-std::size_t Endpoint::transmit(std::span<std::uint8_t> out) noexcept {
-    Outbox box{out};
-    static_cast<void>(send_hello(box) && send_replies(box) && send_refused(box) && send_ack(box) && send_missing(box) &&
-                      send_position(box) && send_status(box) && send_report(box) && send_config(box));
-    return box.size;
-}
-
-/// False when there is no room; everything less urgent then waits too.
-template <class Message>
-bool Endpoint::send(Outbox& box, const Message& message) noexcept {
-    if (since<Message>() > minor_) {
-        return true;  // the peer does not know it
-    }
-    const std::size_t size = encode_serial(message, send_counter_, box.out.subspan(box.size), minor_);
-    if (size == 0) {
-        return false;
-    }
-    ++send_counter_;
-    box.size += size;
-    return true;
-}
-
-bool Endpoint::send_hello(Outbox& box) noexcept {
-    if (hello_reply_) {
-        if (!send(box, *hello_reply_)) {
-            return false;
-        }
-        hello_reply_.reset();
-    }
-    return true;
-}
-
-bool Endpoint::send_replies(Outbox& box) noexcept {
-    while (const CommandReply* due = replies_.due()) {
-        if (!send(box, *due)) {
-            return false;
-        }
-        replies_.sent(due->sequence);
-    }
-    if (unremembered_) {
-        if (!send(box, *unremembered_)) {
-            return false;
-        }
-        unremembered_.reset();
-    }
-    return true;
-}
-
-bool Endpoint::send_refused(Outbox& box) noexcept {
-    if (stream_.refused().refusal == 0 || tick_ < next_refused_tick_) {
-        return true;
-    }
-    if (!send(box, stream_.refused())) {
-        return false;
-    }
-    next_refused_tick_ = tick_ + kRefusedRepeatTicks;
-    return true;
-}
-
-StreamAck Endpoint::current_ack() const noexcept {
-    StreamAck ack;
-    ack.job_low = stream_.job_low();
-    ack.received = stream_.received();
-    ack.planned = progress_.planned;
-    ack.fired = progress_.fired;
-    ack.free_items = stream_.is_open() ? static_cast<std::uint16_t>(stream_.window()) : std::uint16_t{0};
-    ack.path = progress_.position.path;
-    ack.pass = progress_.position.pass;
-    ack.pulses = progress_.position.pulses;
-    return ack;
-}
-
-bool Endpoint::ack_due(const StreamAck& ack) const noexcept {
-    const bool changed = ack.planned != last_ack_.planned || ack.fired != last_ack_.fired ||
-                         ack.free_items != last_ack_.free_items || ack.path != last_ack_.path ||
-                         ack.pass != last_ack_.pass || ack.pulses != last_ack_.pulses;
-    const std::int64_t age = tick_ - last_ack_tick_;
-    return ack_now_ || (changed && age >= kAckEveryTicks) || age >= kAckRepeatTicks;
-}
-
-bool Endpoint::send_ack(Outbox& box) noexcept {
-    if (!session_open_ || !job_seen_) {
-        return true;
-    }
-    const StreamAck ack = current_ack();
-    if (!ack_due(ack)) {
-        return true;
-    }
-    if (!send(box, ack)) {
-        return false;
-    }
-    last_ack_ = ack;
-    ack_now_ = false;
-    last_ack_tick_ = tick_;
-    return true;
-}
-
-bool Endpoint::send_missing(Outbox& box) noexcept {
-    if (gap_told_ || !session_open_) {
-        return true;
-    }
-    std::array<JobStream::Gap, StreamMissing::kRuns> gaps;
-    const std::size_t count = stream_.missing(gaps);
-    if (count > 0) {
-        StreamMissing missing;
-        missing.job_low = stream_.job_low();
-        missing.heard = heard_;
-        missing.count = static_cast<std::uint8_t>(count);
-        for (std::size_t i = 0; i < count; ++i) {
-            missing.from[i] = gaps[i].from;
-            missing.until[i] = gaps[i].until;
-        }
-        if (!send(box, missing)) {
-            return false;
-        }
-    }
-    gap_told_ = true;
-    return true;
-}
-
-bool Endpoint::send_position(Outbox& box) noexcept {
-    if (position_) {
-        if (!send(box, *position_)) {
-            return false;
-        }
-        position_.reset();
-    }
-    return true;
-}
-
-bool Endpoint::send_status(Outbox& box) noexcept {
-    // Not in the tick of an acknowledgement: it can wait, and a tick must not carry both.
-    if (!status_ || !session_open_ || last_ack_tick_ == tick_) {
-        return true;
-    }
-    const LinkCounters now = counters();
-    status_->frames_bad = now.frames_bad;
-    status_->messages_lost = now.messages_lost;
-    status_->items_repeated = now.items_repeated;
-    if (!send(box, *status_)) {
-        return false;
-    }
-    status_.reset();
-    return true;
-}
-
-bool Endpoint::send_report(Outbox& box) noexcept {
-    if (report_) {
-        if (!send(box, *report_)) {
-            return false;
-        }
-        report_.reset();
-    }
-    return true;
-}
-
-bool Endpoint::send_config(Outbox& box) noexcept {
-    constexpr std::size_t kChunkOverhead = cobs_capacity(kMessageOverhead + sizeof(ConfigChunk::offset) + 1);
-    constexpr std::size_t kSmallestChunk = 16;
-    if (!config_wanted_) {
-        return true;
-    }
-    ConfigChunk chunk;
-    chunk.offset = *config_wanted_;
-    const auto rest = std::span<const std::uint8_t>(config_).subspan(std::min<std::size_t>(chunk.offset, kConfigSize));
-    const std::size_t room = box.out.size() - box.size;
-    if (room < kChunkOverhead + std::min(kSmallestChunk, rest.size())) {
-        return false;
-    }
-    const std::size_t size = std::min({rest.size(), chunk.data.data.size(), room - kChunkOverhead});
-    std::copy_n(rest.begin(), size, chunk.data.data.begin());
-    chunk.data.size = static_cast<std::uint8_t>(size);
-    if (!send(box, chunk)) {
-        return false;
-    }
-    config_wanted_.reset();
-    return true;
 }
 
 }  // namespace sc::link

@@ -9,6 +9,7 @@
 
 #include "firmware/link/job_stream.hpp"
 #include "firmware/link/reply_memory.hpp"
+#include "firmware/link/telemetry_sender.hpp"
 #include "shared/link/config.hpp"
 #include "shared/link/counter.hpp"
 #include "shared/link/messages.hpp"
@@ -87,6 +88,7 @@ public:
     static constexpr std::int64_t kAckEveryTicks = 5;     ///< progress alone is told no more often
     static constexpr std::int64_t kAckRepeatTicks = 100;  ///< told again even if unchanged, should it have been lost
     static constexpr std::int64_t kRefusedRepeatTicks = 50;
+    static constexpr std::int64_t kClockEveryTicks = 50;  ///< heartbeats between are not answered
 
     /// `boot_id` should differ at each start of the controller. The configuration is serialised here, once.
     Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const EndpointOptions& options = {}) noexcept;
@@ -143,14 +145,26 @@ public:
     [[nodiscard]] std::int64_t last_heard() const noexcept { return last_heard_; }
 
     /// Frames that are due, most urgent first: answer to hello, replies, refusal, acknowledgement, gaps, position,
-    /// status, sensors, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more let
-    /// everything through in time (a chunk of configuration shrinks to the room).
+    /// status, clock, sensors, configuration. Returns the bytes written; what does not fit stays due. 80 bytes or more
+    /// let everything through in time (a chunk of configuration shrinks to the room).
     std::size_t transmit(std::span<std::uint8_t> out) noexcept;
+    /// Channels of telemetry that are to be sent in this tick, after the above; mostly none.
+    [[nodiscard]] std::uint32_t telemetry_due() const noexcept;
+    std::size_t transmit(std::span<std::uint8_t> out, const TelemetryValues& values) noexcept;
+    /// What is asked of the black box, until it has been sent.
+    [[nodiscard]] const std::optional<BlackboxRequest>& blackbox_wanted() const noexcept { return blackbox_wanted_; }
+    std::size_t transmit(std::span<std::uint8_t> out, const BlackboxChunk& chunk) noexcept;
 
     [[nodiscard]] LinkCounters counters() const noexcept;
 
 private:
     static constexpr std::size_t kEvents = 8;
+    /// An event that has not been taken yet: kept as it came, since the longest is a quarter of all of them.
+    struct Pending {
+        LinkEvent::Kind kind = LinkEvent::Kind::none;
+        std::uint8_t size = 0;
+        std::array<std::uint8_t, kPayloadCapacity> payload{};
+    };
     struct Outbox {
         std::span<std::uint8_t> out;
         std::size_t size = 0;
@@ -164,26 +178,23 @@ private:
     void take(const Envelope& envelope) noexcept;
     void on_hello(const Hello& hello, std::uint16_t counter) noexcept;
     void on(const Heartbeat& heartbeat) noexcept;
-    void on(const Command& command) noexcept;
-    void on(const JobOpen& open) noexcept;
-    void on(const JobResume& resume) noexcept;
     void on(const PositionRequest& request) noexcept;
     void on(const Block& /*block*/) noexcept {}  ///< see take_block
     void take_block(std::span<const std::uint8_t> payload) noexcept;
-    void on(const SetCompensation& compensation) noexcept;
-    void on(const SetGalvoField& field) noexcept;
-    void on(const SetPowerCurve& curve) noexcept;
-    void on(const SetGalvoLag& lag) noexcept;
-    void on(const SetSurface& surface) noexcept;
-    void on(const CheckSeating& seating) noexcept;
     void on(const SensorsRequest& request) noexcept;
     void on(const ConfigRequest& request) noexcept;
-    void on(const MapChunk& chunk) noexcept;
-    void on(const SetMap& map) noexcept;
+    void on(const TelemetryRequest& wanted) noexcept;
+    void on(const BlackboxRequest& wanted) noexcept;
+    template <class Message>
+    void on(const Message& message) noexcept;
     [[nodiscard]] Refusal judge(const Hello& hello) const noexcept;
-    void request(std::uint32_t sequence, const LinkEvent& event) noexcept;
+    [[nodiscard]] bool fresh(std::uint32_t sequence) noexcept;
     void answer_unremembered(std::uint32_t sequence, Refusal refusal) noexcept;
-    bool push_event(const LinkEvent& event) noexcept;
+    bool push_event(LinkEvent::Kind kind) noexcept;
+    [[nodiscard]] std::uint64_t cell_time_us() const noexcept {
+        return static_cast<std::uint64_t>(tick_ * control_period_ns_ / 1000);
+    }
+    [[nodiscard]] bool busy_tick() const noexcept;
 
     template <class Message>
     bool send(Outbox& box, const Message& message) noexcept;
@@ -196,6 +207,7 @@ private:
     bool send_status(Outbox& box) noexcept;
     bool send_config(Outbox& box) noexcept;
     bool send_report(Outbox& box) noexcept;
+    bool send_clock(Outbox& box) noexcept;
     [[nodiscard]] StreamAck current_ack() const noexcept;
     [[nodiscard]] bool ack_due(const StreamAck& ack) const noexcept;
 
@@ -219,7 +231,8 @@ private:
     std::int64_t timeout_ticks_ = 0;
     std::int64_t last_heard_ = 0;
 
-    std::array<LinkEvent, kEvents> events_{};
+    std::span<const std::uint8_t> payload_;  ///< of the message that is being taken
+    std::array<Pending, kEvents> events_{};
     std::size_t event_head_ = 0;
     std::size_t event_count_ = 0;
     ReplyMemory replies_;
@@ -239,6 +252,11 @@ private:
     std::optional<Status> status_;
     std::optional<std::uint16_t> config_wanted_;
     std::optional<SensorReport> report_;
+    std::int64_t last_status_tick_ = -1;
+    std::optional<ClockReply> clock_;
+    std::int64_t last_clock_tick_ = -kClockEveryTicks;
+    TelemetrySender telemetry_;
+    std::optional<BlackboxRequest> blackbox_wanted_;
 };
 
 }  // namespace sc::link

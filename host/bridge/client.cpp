@@ -155,6 +155,9 @@ void CellClient::connect() {
     }
     check_handshake();
     sequence_ = std::max(sequence_, hello_.last_sequence);
+    if (!connected_) {
+        connected_at_ = now();
+    }
     connected_ = true;
     next_heartbeat_ = now();
     keep_alive();
@@ -404,6 +407,9 @@ void CellClient::take(const CellMessage& message) {
 
 void CellClient::take(const link::HelloReply& message) {
     if (message.session == options_.session || message.refusal != 0) {
+        if (message.boot != hello_.boot) {
+            clock_.clear();  // of another start
+        }
         hello_ = message;
         hello_fresh_ = true;
     }

@@ -8,6 +8,8 @@
 #include <span>
 #include <string>
 
+#include "host/bridge/black_box.hpp"
+#include "host/bridge/clock_fit.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/transport.hpp"
 #include "host/bridge/wire.hpp"
@@ -59,6 +61,15 @@ public:
     void check_seating(const link::CheckSeating& seating);
     /// What the distance sensors say now. Throws LinkError without an answer.
     [[nodiscard]] link::SensorReport read_sensors();
+    /// Telemetry at the rates asked for, `sequence` filled in; no channels end it. Throws CellRefused with
+    /// telemetry_over_budget, whose detail is the period in ticks that would fit.
+    void subscribe(const link::TelemetryRequest& wanted);
+    /// Called for each sample.
+    void on_telemetry(std::function<void(const link::Telemetry&)> listener) { on_telemetry_ = std::move(listener); }
+    /// All that the cell's black box holds. Throws LinkError without an answer.
+    [[nodiscard]] BlackBoxContent read_black_box();
+    /// The cell's clock against the host's. Empty with a controller before version 1.2.
+    [[nodiscard]] const ClockFit& clock() const noexcept { return clock_; }
     void command(link::Verb verb, std::int32_t arg0 = 0, std::int32_t arg1 = 0, std::int32_t arg2 = 0);
     void open_job(std::uint64_t job, std::uint32_t items);
     /// Opens a job that has been burnt in part; `sequence` is filled in. Throws CellRefused with unknown_command when
@@ -121,6 +132,9 @@ private:
     void take(const link::StreamMissing& message) { missing_ = message; }
     void say_hello();
     void take(const link::SensorReport& message);
+    void take(const link::ClockReply& message);
+    void take(const link::Telemetry& message);
+    void take(const link::BlackboxChunk& message);
     /// Throws CellRefused with unknown_command when the controller speaks an older minor version than `since`.
     void require(std::uint8_t since, const std::string& what) const;
     void shake_hands();
@@ -134,6 +148,8 @@ private:
     Wire wire_;
     ClientOptions options_;
     bool connected_ = false;
+    HostTime connected_at_{};
+    ClockFit clock_;
     HostTime next_heartbeat_{};
     HostTime last_heard_{};
     std::uint32_t sequence_ = 0;
@@ -150,6 +166,8 @@ private:
     std::optional<link::Status> status_;
     std::optional<link::StreamAck> ack_;
     std::optional<link::JobRefused> job_refused_;
+    std::optional<link::BlackboxChunk> blackbox_;
+    std::function<void(const link::Telemetry&)> on_telemetry_;
     std::function<void(State, State)> on_state_;
     std::function<bool()> stop_check_;
 };

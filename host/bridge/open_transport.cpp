@@ -205,6 +205,16 @@ std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOpti
     return carrier;
 }
 
+std::uint32_t line_bytes_per_s(const std::string& url, const LinkOptions& options) {
+    constexpr unsigned kSimulatedBaud = 921'600;
+    constexpr unsigned kBitsPerByte = 10;
+    const LinkUrl parsed = parse_link_url(url);
+    if (const auto* serial = std::get_if<SerialUrl>(&parsed)) {
+        return serial->baud / kBitsPerByte;
+    }
+    return options.baud.value_or(kSimulatedBaud) / kBitsPerByte;
+}
+
 bool is_simulated(const std::string& url) { return std::holds_alternative<SimulatedUrl>(parse_link_url(url)); }
 
 }  // namespace sc::host

@@ -42,6 +42,10 @@ struct LinkOptions {
 /// reached. For `sim:` the returned carrier ends the cell when destroyed, and waits until its traces are written.
 [[nodiscard]] std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOptions& options);
 
+/// Bytes a second that the carrier takes each way: a serial line's baud over ten, of a simulated or a TCP cell what its
+/// simulated carrier takes. 0: not known (a serial line whose speed the URL does not say). Throws InputError as above.
+[[nodiscard]] std::uint32_t line_bytes_per_s(const std::string& url, const LinkOptions& options);
+
 /// True when the URL starts a simulated cell of its own.
 [[nodiscard]] bool is_simulated(const std::string& url);
 

@@ -14,6 +14,8 @@ constexpr Nanoseconds kLook{20'000'000};
 constexpr Nanoseconds kHearOut{60'000'000};
 constexpr Nanoseconds kReportPeriod{200'000'000};
 constexpr Nanoseconds kResumePeriod{200'000'000};
+/// Acknowledgements are repeated each 100 ms: when they have said less for longer than this, what said more was stale.
+constexpr Nanoseconds kLessBelieved{200'000'000};
 /// A block is sent when a quarter of the window is free: each stretch costs one synced record in the journal.
 constexpr std::uint32_t kWindowParts = 4;
 /// Sent before the window is known.
@@ -72,9 +74,32 @@ bool Streamer::done() const {
     return client_->status_is_fresh() && (client_->status()->flags & link::kFlagJobDone) != 0;
 }
 
+/// An acknowledgement names the job, not the start of the cell that it is from: one that a carrier has held back since
+/// an earlier start may claim more than this one has.
+bool Streamer::believable(const link::StreamAck& ack) {
+    if (ack.job_low != static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU) ||
+        ack.received > std::max(progress_.sent, received_)) {
+        return false;
+    }
+    if (ack.received >= received_) {
+        less_since_.reset();
+        return true;
+    }
+    if (!less_since_) {
+        less_since_ = client_->now();
+    }
+    if (client_->now() - *less_since_ <= kLessBelieved) {
+        return false;
+    }
+    less_since_.reset();
+    received_ = sent_ = ack.received;
+    unacknowledged_.clear();
+    return true;
+}
+
 void Streamer::take_ack() {
     const auto& ack = client_->ack();
-    if (!ack || ack->job_low != static_cast<std::uint32_t>(job_.hash & 0xFFFFFFFFU) || ack->received < received_) {
+    if (!ack || !believable(*ack)) {
         return;
     }
     if (ack->received > received_) {

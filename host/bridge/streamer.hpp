@@ -57,6 +57,7 @@ public:
     void hear_out();
 
 private:
+    [[nodiscard]] bool believable(const link::StreamAck& ack);
     void take_ack();
     void send_window();
     void send_block(std::uint32_t end);
@@ -92,7 +93,8 @@ private:
     std::uint32_t widest_ = 0;  ///< largest window seen
     bool running_seen_ = false;
     HostTime begun_{};
-    HostTime moved_{};  ///< when `received` last moved, or sending began again
+    HostTime moved_{};                    ///< when `received` last moved, or sending began again
+    std::optional<HostTime> less_since_;  ///< the cell has acknowledged less than `received_`
     HostTime asked_resume_{};
     HostTime reported_{};
     std::int64_t recorded_at_ns_ = 0;  ///< real clock

@@ -17,7 +17,8 @@ namespace sc::host {
 
 /// What a controller sends.
 using CellMessage = std::variant<link::HelloReply, link::CommandReply, link::StreamAck, link::JobRefused, link::Status,
-                                 link::ConfigChunk, link::Position, link::StreamMissing, link::SensorReport>;
+                                 link::ConfigChunk, link::Position, link::StreamMissing, link::SensorReport,
+                                 link::ClockReply, link::Telemetry, link::BlackboxChunk>;
 
 /// What the wire has cost so far; counted, never hidden.
 struct WireCounters {

@@ -99,6 +99,7 @@ enum class Refusal : std::uint16_t {
     seating_not_proven = 155,
     surface_not_seen = 156,
     surface_not_there = 157,
+    telemetry_over_budget = 160,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "shared/link/messages.hpp"
+
 /// Messages that minor versions have added. A minor version only adds messages, never changes one, so two peers talk
 /// with those of the older of them (schema.hpp has a hash for each minor version). `kSince` is the first that has it.
 
@@ -59,6 +61,39 @@ struct PositionRequest {
     }
 };
 
+/// Which channels of telemetry.hpp the controller is to send, and each group of them how often. Answered by
+/// CommandReply; takes the place of the subscription before and ends with the session. No channels: none any more.
+/// Refused with telemetry_over_budget, `detail` the period in ticks that would fit if no group had a shorter one, and
+/// with bad_config for channels that are not known (1) or a period that is none (2).
+struct TelemetryRequest {
+    static constexpr std::uint8_t kId = 15;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "telemetry_request";
+    static constexpr std::size_t kGroups = 4;
+    std::uint32_t sequence = 0;
+    std::uint32_t channels = 0;                         ///< bits of TelemetryChannel
+    std::array<std::uint16_t, kGroups> period_ticks{};  ///< of each TelemetryGroup that has a channel here
+    std::uint32_t line_bytes_per_s = 0;                 ///< what the carrier takes to the host; 0: not known
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("channels", m.channels), v("period_ticks", m.period_ticks);
+        v("line_bytes_per_s", m.line_bytes_per_s);
+    }
+};
+
+/// Asks for records of the black box (blackbox.hpp) from a number on. Answered by BlackboxChunk.
+struct BlackboxRequest {
+    static constexpr std::uint8_t kId = 16;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "blackbox_request";
+    std::uint8_t part = 0;  ///< BlackboxPart
+    std::uint32_t first = 0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("part", m.part), v("first", m.first);
+    }
+};
+
 // --- controller to host -------------------------------------------------------------------------------------------
 
 /// How far a job has come, for a host that lost sight of it. Pulses up to the first position have left for certain,
@@ -108,6 +143,61 @@ struct StreamMissing {
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("job_low", m.job_low), v("heard", m.heard), v("count", m.count), v("from", m.from), v("until", m.until);
+    }
+};
+
+/// Answers a heartbeat, one each 50 ms at most: the heartbeat's own time stamp, the controller's time when it had come
+/// for certain, and before this answer left. The true times lie within a control period of these.
+struct ClockReply {
+    static constexpr std::uint8_t kId = 72;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "clock_reply";
+    std::uint64_t host_time_us = 0;
+    std::uint64_t received_us = 0;  ///< not before the heartbeat's last byte came
+    std::uint64_t sent_us = 0;      ///< not after this message's first byte left
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("host_time_us", m.host_time_us), v("received_us", m.received_us), v("sent_us", m.sent_us);
+    }
+};
+
+/// One sample of the channels that are due: their values in the order of their bits (telemetry.hpp).
+struct Telemetry {
+    static constexpr std::uint8_t kId = 73;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "telemetry";
+    std::uint32_t channels = 0;  ///< in this sample
+    std::uint64_t cell_time_us = 0;
+    std::uint16_t skipped = 0;  ///< samples of this subscription that found no room on the line, so far
+    Bytes values;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("channels", m.channels), v("cell_time_us", m.cell_time_us), v("skipped", m.skipped), v("values", m.values);
+    }
+};
+
+/// Whole records of one part of the black box, from number `first` on; those from `begin` to before `end` are there.
+struct BlackboxChunk {
+    static constexpr std::uint8_t kId = 74;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "blackbox_chunk";
+    static constexpr std::size_t kBytes = 210;  ///< 7 samples or 26 events
+    std::uint8_t part = 0;
+    std::uint32_t first = 0;
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+    std::uint8_t frozen = 0;      ///< 1: by a fault, and nothing is written until the axes are powered again
+    std::uint8_t fault = 0;       ///< that froze it
+    std::uint8_t axis = 0;        ///< of that fault, 255 = none
+    std::uint64_t newest_us = 0;  ///< cell's time of the newest sample; frozen: of the fault
+    std::uint32_t period_ns = 0;  ///< control period: a tick of the records
+    std::uint8_t count = 0;       ///< records here
+    std::array<std::uint8_t, kBytes> records{};
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("part", m.part), v("first", m.first), v("begin", m.begin), v("end", m.end), v("frozen", m.frozen);
+        v("fault", m.fault), v("axis", m.axis), v("newest_us", m.newest_us), v("period_ns", m.period_ns);
+        v("count", m.count), v("records", m.records);
     }
 };
 

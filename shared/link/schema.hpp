@@ -26,9 +26,9 @@ struct MessageList {
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
                                  SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag,
-                                 SetSurface, CheckSeating, SensorsRequest>;
+                                 TelemetryRequest, BlackboxRequest, SetSurface, CheckSeating, SensorsRequest>;
 using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position,
-                                 StreamMissing, SensorReport>;
+                                 StreamMissing, ClockReply, Telemetry, BlackboxChunk, SensorReport>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>
@@ -120,16 +120,21 @@ struct Sizer {
 
 }  // namespace schema_detail
 
-/// Grammar of blocks that a minor version speaks: 1.2 brought looks of the Y sensor.
-[[nodiscard]] constexpr std::uint16_t grammar_of(std::uint8_t minor) noexcept {
-    return minor < 2 ? std::uint16_t{3} : std::uint16_t{kBlockGrammarVersion};
-}
 /// Of what messages carry as bytes.
 struct LayoutVersions {
     std::uint16_t block_grammar = kBlockGrammarVersion;
     std::uint16_t config = kConfigVersion;
     std::uint16_t map = kMapVersion;
 };
+
+/// A minor version keeps the block grammar that it came with: later ones only add to it.
+[[nodiscard]] constexpr LayoutVersions layouts_of(std::uint8_t minor) noexcept {
+    LayoutVersions layouts;
+    if (minor < 2) {
+        layouts.block_grammar = 3;
+    }
+    return layouts;
+}
 
 /// Hash over the number, name, field names and field types of every message that a minor version has, the protocol's
 /// major version, and the versions of the block grammar, of the machine configuration's layout and of the axis map's.
@@ -149,9 +154,9 @@ struct LayoutVersions {
     return hasher.hash.value();
 }
 [[nodiscard]] constexpr std::uint64_t schema_hash(std::uint8_t minor = kProtocolMinor) noexcept {
-    return schema_hash(minor, {.block_grammar = grammar_of(minor)});
+    return schema_hash(minor, layouts_of(minor));
 }
-inline constexpr std::uint64_t kSchemaHash = schema_hash();
+inline constexpr std::uint64_t kSchemaHash = schema_hash(kProtocolMinor);
 
 /// Hash of each minor version, from 0.
 inline constexpr std::array<std::uint64_t, kProtocolMinor + 1> kSchemaHashes = [] {
@@ -163,6 +168,8 @@ inline constexpr std::array<std::uint64_t, kProtocolMinor + 1> kSchemaHashes = [
 }();
 static_assert(schema_hash(0, {.block_grammar = 2, .config = 3, .map = 1}) == 0xA37B'BB52'C31C'7BBCULL,
               "the messages of minor version 0 must stay as they were");
+static_assert(schema_hash(1, {.block_grammar = 3, .config = 5, .map = 1}) == 0xBFD3'E071'DC89'3732ULL,
+              "the messages of minor version 1 must stay as they were");
 
 /// The minor version that a peer's schema is of; none for a schema that is not known here.
 [[nodiscard]] constexpr std::optional<std::uint8_t> minor_of(std::uint64_t schema) noexcept {

@@ -2,6 +2,8 @@
 sc_test(host_bridge_test LABEL unit
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/client_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/bridge/client_telemetry_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/bridge/clock_fit_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/fake_cell.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/fd_transport_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/link_url_test.cpp

@@ -26,6 +26,7 @@ sc_test(unit_firmware_link LABEL unit
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/endpoint_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/job_stream_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/firmware/link/telemetry_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/reply_memory_test.cpp
   DEPS firmware_link shared_link)
 sc_test(unit_sim_carrier LABEL unit

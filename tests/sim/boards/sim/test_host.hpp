@@ -142,6 +142,9 @@ private:
     void take(const link::Position&) {}
     void take(const link::StreamMissing&) {}
     void take(const link::SensorReport&) {}
+    void take(const link::ClockReply&) {}
+    void take(const link::Telemetry&) {}
+    void take(const link::BlackboxChunk&) {}
 
     SimCell* cell_;
     std::uint16_t counter_ = 0;

@@ -53,6 +53,9 @@ void CellRig::receive() {
             void operator()(const link::Position& m) const { rig.position_ = m; }
             void operator()(const link::StreamMissing& /*m*/) const {}
             void operator()(const link::SensorReport& m) const { rig.sensors_ = m; }
+            void operator()(const link::ClockReply& m) const { rig.clock_replies_.push_back(m); }
+            void operator()(const link::Telemetry& m) const { rig.telemetry_.push_back(m); }
+            void operator()(const link::BlackboxChunk& m) const { rig.chunk_ = m; }
         };
         (void)link::dispatch(link::CellMessages{}, envelope, Handler{*this});
     });
@@ -163,6 +166,21 @@ link::SensorReport CellRig::sensors() {
         throw std::runtime_error("no report of the sensors");
     }
     return *sensors_;
+}
+
+link::CommandReply CellRig::subscribe(link::TelemetryRequest message) {
+    message.sequence = ++sequence_;
+    send(message);
+    return reply_to(message.sequence);
+}
+
+link::BlackboxChunk CellRig::black_box(link::BlackboxPart part, std::uint32_t first) {
+    chunk_.reset();
+    send(link::BlackboxRequest{static_cast<std::uint8_t>(part), first});
+    if (!until([&] { return chunk_.has_value(); }, 200)) {
+        throw std::runtime_error("no black box");
+    }
+    return *chunk_;
 }
 
 link::CommandReply CellRig::set_power_curve(const PowerCurve& curve) {

@@ -66,6 +66,10 @@ public:
     /// Waits for the answer as long as it takes.
     link::CommandReply check_seating(link::CheckSeating message);
     link::SensorReport sensors();
+    link::CommandReply subscribe(link::TelemetryRequest message);
+    const std::vector<link::Telemetry>& telemetry() const { return telemetry_; }
+    const std::vector<link::ClockReply>& clock_replies() const { return clock_replies_; }
+    link::BlackboxChunk black_box(link::BlackboxPart part, std::uint32_t first);
     link::CommandReply open_job(std::vector<Item> items);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }
@@ -100,6 +104,9 @@ private:
     std::optional<link::JobRefused> refused_;
     std::optional<link::Position> position_;
     std::optional<link::SensorReport> sensors_;
+    std::optional<link::BlackboxChunk> chunk_;
+    std::vector<link::Telemetry> telemetry_;
+    std::vector<link::ClockReply> clock_replies_;
     bool connected_ = false;
     bool speaking_ = true;
     std::uint64_t job_ = 0;

@@ -55,6 +55,9 @@ public:
         positions.clear();
         missing.clear();
         sensors.clear();
+        clocks.clear();
+        telemetry.clear();
+        boxes.clear();
         order.clear();
     }
 
@@ -67,6 +70,9 @@ public:
     std::vector<Position> positions;
     std::vector<StreamMissing> missing;
     std::vector<SensorReport> sensors;
+    std::vector<ClockReply> clocks;
+    std::vector<Telemetry> telemetry;
+    std::vector<BlackboxChunk> boxes;
     std::vector<std::uint8_t> order;
     std::vector<std::uint16_t> counters;
     int malformed = 0;
@@ -74,6 +80,9 @@ public:
     [[nodiscard]] std::uint32_t frames_bad() const { return receiver_.frames_bad(); }
 
 private:
+    void keep(const ClockReply& m) { clocks.push_back(m); }
+    void keep(const Telemetry& m) { telemetry.push_back(m); }
+    void keep(const BlackboxChunk& m) { boxes.push_back(m); }
     void keep(const SensorReport& m) { sensors.push_back(m); }
     void keep(const HelloReply& m) { hellos.push_back(m); }
     void keep(const CommandReply& m) { replies.push_back(m); }

@@ -180,7 +180,36 @@ void FakeCell::take(const link::JobResume& m) {
     answer(m.sequence, Refusal::none);
 }
 
-void FakeCell::take(const link::Heartbeat& /*m*/) { heartbeats.push_back(now_); }
+void FakeCell::take(const link::Heartbeat& m) {
+    heartbeats.push_back(now_);
+    if (clock_ahead && minor >= link::ClockReply::kSince) {
+        const auto us = static_cast<std::uint64_t>((now_.time_since_epoch() + *clock_ahead).count() / 1000);
+        say(link::ClockReply{m.host_time_us, us, us});
+    }
+}
+
+void FakeCell::take(const link::TelemetryRequest& m) {
+    telemetry = m;
+    answer(m.sequence, refuse_telemetry);
+}
+
+void FakeCell::take(const link::BlackboxRequest& m) {
+    link::BlackboxChunk chunk = black_box;
+    chunk.part = m.part;
+    chunk.first = m.first;
+    const auto fill = [&](const auto& records) {
+        using Record = typename std::decay_t<decltype(records)>::value_type;
+        chunk.end = static_cast<std::uint32_t>(records.size());
+        for (std::size_t i = m.first; i < records.size() && (chunk.count + 1U) * Record::kBytes <= chunk.kBytes; ++i) {
+            std::array<std::uint8_t, Record::kBytes> bytes{};
+            link::pack(records[i], bytes);
+            std::copy(bytes.begin(), bytes.end(), chunk.records.begin() + chunk.count * std::ptrdiff_t{Record::kBytes});
+            ++chunk.count;
+        }
+    };
+    m.part == 0 ? fill(box_samples) : fill(box_events);
+    say(chunk);
+}
 
 void FakeCell::take(const link::Command& m) {
     if (last_reply_ && last_reply_->sequence == m.sequence) {
@@ -237,6 +266,15 @@ void FakeCell::take(const link::JobOpen& m) {
 
 void FakeCell::take(const link::Block& m) {
     if (m.job_low != static_cast<std::uint32_t>(job_)) {
+        return;
+    }
+    if (stale_ack) {
+        stale_ack->job_low = m.job_low;
+        say(*stale_ack);
+        stale_ack.reset();
+    }
+    if (blocks_lost > 0) {
+        --blocks_lost;
         return;
     }
     block_sizes.push_back(m.count);

@@ -12,6 +12,7 @@
 #include "host/bridge/transport.hpp"
 #include "shared/codes/codes.hpp"
 #include "shared/codes/state.hpp"
+#include "shared/link/blackbox.hpp"
 #include "shared/link/codec.hpp"
 #include "shared/link/serial.hpp"
 #include "shared/machine/machine.hpp"
@@ -53,6 +54,8 @@ public:
     std::optional<std::uint32_t> fault_at_item;
     std::optional<std::uint32_t> starve_at_item;     ///< holds once, resumes on command
     std::optional<std::uint32_t> hold_link_at_item;  ///< the same, and wants a hello first
+    int blocks_lost = 0;                             ///< so many of the first, whatever the carrier does
+    std::optional<link::StreamAck> stale_ack;        ///< said with the first block: an earlier start of the cell's
     std::function<void()> each_period;               ///< called every 20 ms
 
     // What has come of it.
@@ -81,6 +84,12 @@ public:
     link::SetMap set_map;
     std::optional<link::JobResume> resumed;
     int maps_set = 0;
+    std::optional<link::TelemetryRequest> telemetry;
+    Refusal refuse_telemetry = Refusal::none;
+    std::optional<Nanoseconds> clock_ahead;  ///< of the host; empty: heartbeats are not answered
+    link::BlackboxChunk black_box;           ///< its head
+    std::vector<link::BlackboxSample> box_samples;
+    std::vector<link::BlackboxEvent> box_events;
 
 private:
     struct Parcel {
@@ -117,6 +126,8 @@ private:
     void take(const link::SetSurface& m);
     void take(const link::CheckSeating& m);
     void take(const link::SensorsRequest& m);
+    void take(const link::TelemetryRequest& m);
+    void take(const link::BlackboxRequest& m);
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);

@@ -2,6 +2,9 @@
 #include "host/bridge/streamer.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <stdexcept>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -47,6 +50,41 @@ TEST(Streamer, EachItemIsTakenOnceOverABadLink) {
         Streamer streamer(started.client, job_of(items), {}, nullptr);
         streamer.run();
         EXPECT_EQ(cell.taken, items) << "seed " << seed;
+    }
+}
+
+/// A job whose start comes with an acknowledgement that a carrier has held back since an earlier start of the cell.
+void stream_past_a_stale_ack(FakeCell& cell) {
+    const std::vector<Item> items = example_items(10, 30);
+    cell.each_period = [&cell] {
+        if (cell.now() > HostTime{} + std::chrono::seconds(60)) {
+            throw std::runtime_error("the stream has stalled at item " + std::to_string(cell.taken.size()));
+        }
+    };
+    Started started(cell, items);
+    Streamer streamer(started.client, job_of(items), {.items_per_block = 10}, nullptr);
+    streamer.run();
+    EXPECT_EQ(cell.taken, items);
+}
+
+TEST(Streamer, AStaleAckOfMoreThanHasBeenSentMisleadsNobody) {
+    for (const std::uint8_t minor : {std::uint8_t{0}, std::uint8_t{1}, link::kProtocolMinor}) {
+        FakeCell cell;
+        cell.minor = minor;
+        cell.schema = link::kSchemaHashes[minor];
+        cell.stale_ack = {.received = 250, .planned = 240, .fired = 240, .free_items = 64};
+        stream_past_a_stale_ack(cell);
+    }
+}
+
+TEST(Streamer, AStaleAckOfItemsThatWereLostIsForgotten) {
+    for (const std::uint8_t minor : {std::uint8_t{0}, std::uint8_t{1}, link::kProtocolMinor}) {
+        FakeCell cell;
+        cell.minor = minor;
+        cell.schema = link::kSchemaHashes[minor];
+        cell.blocks_lost = 1;
+        cell.stale_ack = {.received = 10, .free_items = 64};
+        stream_past_a_stale_ack(cell);
     }
 }
 

@@ -12,8 +12,10 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/link/blackbox.hpp"
 #include "shared/link/codec.hpp"
 #include "shared/link/schema.hpp"
+#include "shared/link/telemetry.hpp"
 
 namespace {
 
@@ -71,6 +73,26 @@ TEST(LinkPage, ListsEveryMessageWithItsFieldsAndNoOther) {
         }
     }
     EXPECT_EQ(rows, rows_of_the_code());
+}
+
+TEST(LinkPage, ListsTheChannelsOfTelemetryAndTheEventsOfTheBlackBox) {
+    const std::vector<std::string> lines = lines_of_the_page();
+    const auto has = [&lines](const std::string& begin) {
+        return std::ranges::any_of(lines, [&](const std::string& line) { return line.starts_with(begin); });
+    };
+    for (std::size_t i = 0; i < kTelemetryColumns.size(); ++i) {
+        const TelemetryColumn& c = kTelemetryColumns[i];
+        const std::string type = (c.sign ? "i" : "u") + std::to_string(8U * c.bytes) +
+                                 (c.count > 1 ? "[" + std::to_string(unsigned{c.count}) + "]" : "");
+        const std::string row = "| " + std::string(c.name) + " | " + std::to_string(i) + " | " +
+                                std::string(kTelemetryGroups[static_cast<std::size_t>(c.group)]) + " | " + type + " |";
+        EXPECT_TRUE(has(row)) << row;
+    }
+    for (unsigned kind = 1; name_of(static_cast<BlackboxKind>(kind)) != "unknown"; ++kind) {
+        const std::string row =
+            "| " + std::string(name_of(static_cast<BlackboxKind>(kind))) + " | " + std::to_string(kind) + " |";
+        EXPECT_TRUE(has(row)) << row;
+    }
 }
 
 TEST(LinkPage, StatesTheHashesAndSizesOfTheCode) {
