@@ -45,14 +45,18 @@ CellOptions with_directory(CellOptions options) {
     return options;
 }
 
-std::unique_ptr<replay::LogFile> open_record(const CellOptions& options) {
+std::unique_ptr<ParameterFile> open_parameters(const CellOptions& options) {
+    return options.memory.empty() ? nullptr : std::make_unique<ParameterFile>(options.memory.string() + ".parameters");
+}
+
+std::unique_ptr<replay::LogFile> open_record(const CellOptions& options, const MachineConfig& machine) {
     if (options.record.empty()) {
         return nullptr;
     }
     replay::LogFile::Options log;
     log.file = options.record;
     log.limit_bytes = options.record_limit_bytes;
-    log.machine = options.machine;
+    log.machine = machine;
     log.boot_id = options.boot_id;
     log.plan_units = motion::kUnitsPerTick;
     return std::make_unique<replay::LogFile>(log);
@@ -67,9 +71,13 @@ SimCell::SimCell(const CellOptions& options)
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
       link_(make_link_line(options_.carrier, options_.baud, options_.machine.control_period_ns)),
       retained_(options_.memory),
-      controller_(options_.controller(options_.machine, options_.boot_id, retained_.memory())),
-      record_(open_record(options_)),
-      outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
+      parameters_(open_parameters(options_)),
+      start_(parameters_ ? starting_machine(*parameters_, options_.machine) : StartingMachine{options_.machine, 0}),
+      controller_(options_.controller(start_.machine, options_.boot_id, retained_.memory())),
+      record_(open_record(options_, start_.machine)),
+      outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {
+    controller_->keep_parameters_in(parameters_.get(), start_.generation);
+}
 
 void SimCell::push_link(std::span<const std::uint8_t> bytes) { link_->push_host(bytes); }
 
@@ -105,6 +113,9 @@ void SimCell::step_controller() {
     inputs.link_rx = link_rx_;
     plant_.sample(inputs);
     controller_->tick(inputs, outputs);
+    if (parameters_) {
+        parameters_->tick();
+    }
     if (record_) {
         record_->tick(inputs, outputs);
     }

@@ -14,6 +14,7 @@
 #include "boards/sim/controller_host.hpp"
 #include "boards/sim/link_line.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
+#include "boards/sim/parameter_file.hpp"
 #include "boards/sim/retained_file.hpp"
 #include "boards/sim/world/world.hpp"
 #include "shared/codes/state.hpp"
@@ -25,7 +26,8 @@ struct CellOptions {
     MachineConfig machine = reference_machine();
     std::filesystem::path world;     ///< world file
     std::filesystem::path out;       ///< directory of the traces, created; empty = write nothing
-    std::filesystem::path memory{};  ///< file of what the controller keeps without power; empty = it keeps nothing
+    /// File of what the controller keeps without power; beside it FILE.parameters. Empty = it keeps nothing.
+    std::filesystem::path memory{};
     std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
     std::uint64_t record_limit_bytes = 100'000'000;
     std::vector<FaultEvent> script{};
@@ -82,6 +84,8 @@ private:
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
     RetainedFile retained_;
+    std::unique_ptr<ParameterFile> parameters_;  ///< null: none are kept
+    StartingMachine start_;
     std::unique_ptr<ControllerHost> controller_;
     std::unique_ptr<replay::LogFile> record_;
     std::array<std::unique_ptr<ServoOutputs>, 2> outputs_;

@@ -25,6 +25,8 @@ public:
     /// One control period: servo_step, then the tick's share of plan_step. `outputs` comes in cleared. Throws
     /// std::runtime_error when the controller no longer answers.
     virtual void tick(const ServoInputs& inputs, ServoOutputs& outputs) = 0;
+    /// Where the controller keeps its parameters; once, before the first tick. A board that keeps none does nothing.
+    virtual void keep_parameters_in(ParameterMemory* /*memory*/, std::uint32_t /*generation*/) {}
     /// The first fault since the start or the last reset.
     [[nodiscard]] virtual Fault first_fault() const = 0;
     /// Name of the board, as the folder below boards/ has it.
@@ -46,6 +48,9 @@ public:
     void tick(const ServoInputs& inputs, ServoOutputs& outputs) override {
         controller_.servo_step(inputs, outputs);
         controller_.plan_step(motion::kUnitsPerTick);
+    }
+    void keep_parameters_in(ParameterMemory* memory, std::uint32_t generation) override {
+        controller_.keep_parameters_in(memory, generation);
     }
     [[nodiscard]] Fault first_fault() const override { return controller_.first_fault().fault; }
 

@@ -20,6 +20,7 @@
 #include "firmware/safety/watch.hpp"
 #include "firmware/sensors/seating.hpp"
 #include "firmware/sensors/sensor_hub.hpp"
+#include "firmware/store/parameter_store.hpp"
 #include "shared/machine/machine.hpp"
 
 namespace sc {
@@ -34,6 +35,13 @@ public:
     /// `boot_id` should differ at each start. `retained` outlives the controller; null: the board keeps nothing without
     /// power.
     Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained = nullptr) noexcept;
+
+    /// Where parameters are kept without power, and the generation of those that `machine` came from (0: the board's own).
+    /// Once, before the first step.
+    void keep_parameters_in(ParameterMemory* memory, std::uint32_t generation) noexcept {
+        store_.keep_in(memory);
+        generation_in_force_ = generation;
+    }
 
     /// Each control period, hard. Bounded by the frames, bytes and pulses of one tick.
     void servo_step(const ServoInputs& in, ServoOutputs& out) noexcept;
@@ -84,6 +92,9 @@ private:
     [[nodiscard]] bool geometry_may_change() const noexcept;
     [[nodiscard]] Verdict take_map_chunk(const link::MapChunk& message) noexcept;
     [[nodiscard]] Verdict set_map(const link::SetMap& message) noexcept;
+    [[nodiscard]] Verdict store_parameters(const link::StoreParameters& message) noexcept;
+    void keep_parameters() noexcept;
+    [[nodiscard]] link::Parameters parameters(std::uint16_t offset) const noexcept;
 
     void sense(const ServoInputs& in, ServoOutputs& out) noexcept;
     [[nodiscard]] Verdict set_surface(const link::SetSurface& message) noexcept;
@@ -137,6 +148,9 @@ private:
     bool seating_failed_ = false;    ///< the last check of the seat did
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
     GalvoField field_;               ///< as it comes over the link, in part
+    store::ParameterStore store_;
+    std::uint32_t store_sequence_ = 0;
+    std::uint32_t generation_in_force_ = 0;
     std::size_t field_numbers_ = 0;
     JobRunner runner_;
     MapIntake map_intake_;

@@ -89,6 +89,12 @@ void Controller::take_events(const ServoInputs& in) noexcept {
                     link_.reply(event.seating.sequence, verdict.refusal, verdict.detail);
                 }
                 break;
+            case link::LinkEvent::Kind::store_parameters:
+                if (const Verdict verdict = store_parameters(event.store_parameters);
+                    verdict.refusal != Refusal::none) {
+                    link_.reply(event.store_parameters.sequence, verdict.refusal, verdict.detail);
+                }
+                break;
             case link::LinkEvent::Kind::sensors: report_sensors(in.tick); break;
             case link::LinkEvent::Kind::map_chunk: {
                 const Verdict verdict = take_map_chunk(event.map_chunk);
@@ -368,6 +374,9 @@ bool Controller::geometry_may_change() const noexcept {
 Controller::Verdict Controller::take_map_chunk(const link::MapChunk& m) noexcept {
     if (!geometry_may_change()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    if (store_.busy()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};  // it writes from there
     }
     if (!map_intake_.take(m.offset, std::span(m.data.data).first(m.data.size))) {
         return {Refusal::map_incomplete, static_cast<std::int64_t>(map_intake_.size())};

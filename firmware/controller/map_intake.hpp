@@ -11,7 +11,7 @@
 
 namespace sc {
 
-/// Collects the pieces of an axis map until it is whole. Servo context: proportional to the bytes of a piece; `map`
+/// Collects the pieces of an axis map, or of parameters to store, until they are whole. Servo context: proportional to the bytes of a piece; `map`
 /// reads all 2 kB, for a tick that moves nothing.
 class MapIntake {
 public:
@@ -33,6 +33,8 @@ public:
     [[nodiscard]] bool whole(std::size_t bytes, std::uint32_t crc) const noexcept {
         return size_ == bytes && crc_.value() == crc;
     }
+    /// What has come; stays as it is until the next `take`.
+    [[nodiscard]] std::span<const std::uint8_t> bytes() const noexcept { return std::span(bytes_).first(size_); }
     /// Null when the bytes are no map of this version.
     [[nodiscard]] const AxisMap* map() noexcept {
         return link::deserialise_map(std::span(bytes_).first(size_), map_) ? &map_ : nullptr;

@@ -41,9 +41,11 @@ template <>
 struct EventOf<SetSurface> : Event<LinkEvent::Kind::surface, &LinkEvent::surface> {};
 template <>
 struct EventOf<CheckSeating> : Event<LinkEvent::Kind::seating, &LinkEvent::seating> {};
+template <>
+struct EventOf<StoreParameters> : Event<LinkEvent::Kind::store_parameters, &LinkEvent::store_parameters> {};
 
 using RequestMessages = MessageList<Command, JobOpen, JobResume, PositionRequest, SetCompensation, MapChunk, SetMap,
-                                    SetGalvoField, SetPowerCurve, SetGalvoLag, SetSurface, CheckSeating>;
+                                    SetGalvoField, SetPowerCurve, SetGalvoLag, SetSurface, CheckSeating, StoreParameters>;
 
 /// The payload has been decoded once, so this cannot fail.
 template <class... Message>
@@ -126,6 +128,7 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
             unremembered_.reset();
             telemetry_.stop();
             blackbox_wanted_.reset();
+            parameters_wanted_.reset();
         }
         if (!push_event(resumed ? LinkEvent::Kind::session_resumed : LinkEvent::Kind::session_open)) {
             return;
@@ -186,6 +189,12 @@ void Endpoint::on(const TelemetryRequest& wanted) noexcept {
 void Endpoint::on(const BlackboxRequest& wanted) noexcept {
     if (session_open_) {
         blackbox_wanted_ = wanted;
+    }
+}
+
+void Endpoint::on(const ParametersRequest& wanted) noexcept {
+    if (session_open_) {
+        parameters_wanted_ = wanted;
     }
 }
 

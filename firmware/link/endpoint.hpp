@@ -21,7 +21,7 @@
 namespace sc::link {
 
 /// Something the controller must decide on. A command, job_open, job_resume, compensation, map_chunk, set_map,
-/// galvo_field, power_curve, galvo_lag, surface or seating is owed a `reply` with its sequence, a position_request a
+/// galvo_field, power_curve, galvo_lag, surface, seating or store_parameters is owed a `reply` with its sequence, a position_request a
 /// `position`, sensors a `report`.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
@@ -38,6 +38,7 @@ struct LinkEvent {
         galvo_lag,
         surface,
         seating,
+        store_parameters,
         sensors,
         session_open,     ///< another host than before, or the first: nothing of an earlier session may go on by itself
         session_resumed,  ///< the same session said hello again
@@ -55,6 +56,7 @@ struct LinkEvent {
     SetGalvoLag galvo_lag;
     SetSurface surface;
     CheckSeating seating;
+    StoreParameters store_parameters;
 };
 
 /// Monotonic counts since start.
@@ -154,6 +156,11 @@ public:
     /// What is asked of the black box, until it has been sent.
     [[nodiscard]] const std::optional<BlackboxRequest>& blackbox_wanted() const noexcept { return blackbox_wanted_; }
     std::size_t transmit(std::span<std::uint8_t> out, const BlackboxChunk& chunk) noexcept;
+    /// And of the stored parameters.
+    [[nodiscard]] const std::optional<ParametersRequest>& parameters_wanted() const noexcept {
+        return parameters_wanted_;
+    }
+    std::size_t transmit(std::span<std::uint8_t> out, const Parameters& told) noexcept;
 
     [[nodiscard]] LinkCounters counters() const noexcept;
 
@@ -185,6 +192,7 @@ private:
     void on(const ConfigRequest& request) noexcept;
     void on(const TelemetryRequest& wanted) noexcept;
     void on(const BlackboxRequest& wanted) noexcept;
+    void on(const ParametersRequest& wanted) noexcept;
     template <class Message>
     void on(const Message& message) noexcept;
     [[nodiscard]] Refusal judge(const Hello& hello) const noexcept;
@@ -257,6 +265,7 @@ private:
     std::int64_t last_clock_tick_ = -kClockEveryTicks;
     TelemetrySender telemetry_;
     std::optional<BlackboxRequest> blackbox_wanted_;
+    std::optional<ParametersRequest> parameters_wanted_;
 };
 
 }  // namespace sc::link

@@ -31,6 +31,14 @@ std::size_t Endpoint::transmit(std::span<std::uint8_t> out, const BlackboxChunk&
     return box.size;
 }
 
+std::size_t Endpoint::transmit(std::span<std::uint8_t> out, const Parameters& told) noexcept {
+    Outbox box{out};
+    if (send(box, told)) {
+        parameters_wanted_.reset();
+    }
+    return box.size;
+}
+
 /// Not in the tick of an acknowledgement or a state: a tick must not carry too much.
 bool Endpoint::busy_tick() const noexcept { return last_ack_tick_ == tick_ || last_status_tick_ == tick_; }
 

@@ -311,6 +311,20 @@ void CellClient::set_galvo_lag(const GalvoLag& lag) {
     request(send, "set the galvo's lag");
 }
 
+void CellClient::send_pieces(std::span<const std::uint8_t> bytes, const char* what) {
+    link::MapChunk chunk;
+    for (std::size_t offset = 0; offset < bytes.size(); offset += chunk.data.size) {
+        chunk.offset = static_cast<std::uint16_t>(offset);
+        chunk.data.size = static_cast<std::uint8_t>(std::min(chunk.data.data.size(), bytes.size() - offset));
+        std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), chunk.data.size, chunk.data.data.begin());
+        const auto send = [&](std::uint32_t sequence) {
+            chunk.sequence = sequence;
+            wire_.send(chunk);
+        };
+        request(send, what);
+    }
+}
+
 void CellClient::set_map(const AxisMap& map) {
     link::MapBytes bytes{};
     link::SetMap set;
@@ -319,17 +333,7 @@ void CellClient::set_map(const AxisMap& map) {
         set.bytes = static_cast<std::uint16_t>(bytes.size());
         set.crc = crc32(bytes);
     }
-    link::MapChunk chunk;
-    for (std::size_t offset = 0; offset < set.bytes; offset += chunk.data.size) {
-        chunk.offset = static_cast<std::uint16_t>(offset);
-        chunk.data.size = static_cast<std::uint8_t>(std::min(chunk.data.data.size(), bytes.size() - offset));
-        std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>(offset), chunk.data.size, chunk.data.data.begin());
-        const auto send = [&](std::uint32_t sequence) {
-            chunk.sequence = sequence;
-            wire_.send(chunk);
-        };
-        request(send, "take a piece of the axis map");
-    }
+    send_pieces(std::span(bytes).first(set.bytes), "take a piece of the axis map");
     const auto send = [&](std::uint32_t sequence) {
         set.sequence = sequence;
         wire_.send(set);

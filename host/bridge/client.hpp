@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "host/bridge/black_box.hpp"
 #include "host/bridge/clock_fit.hpp"
@@ -28,6 +29,15 @@ struct ClientOptions {
     Nanoseconds reply_wait{200'000'000};  ///< before a request is sent again
     int attempts = 10;                    ///< of one request
     Nanoseconds silence{10'000'000'000};  ///< without a message from the cell: the link counts as lost
+};
+
+/// Parameters that a controller keeps without power.
+struct StoredParameters {
+    bool fitted = false;           ///< it can keep any
+    bool in_force = false;         ///< it runs with them since its start
+    std::uint32_t generation = 0;  ///< 0: none are kept
+    std::uint16_t layout = 0;      ///< link::kConfigVersion of who stored them
+    std::vector<std::uint8_t> bytes;
 };
 
 /// One session with a controller: handshake, heartbeats, requests that are repeated until answered, and the cell's last
@@ -64,6 +74,11 @@ public:
     /// Telemetry at the rates asked for, `sequence` filled in; no channels end it. Throws CellRefused with
     /// telemetry_over_budget, whose detail is the period in ticks that would fit.
     void subscribe(const link::TelemetryRequest& wanted);
+    /// What the controller keeps without power. Throws LinkError when it does not tell.
+    [[nodiscard]] StoredParameters read_parameters();
+    /// Keeps a configuration from the controller's next start on; none: what its board was built with. Throws CellRefused
+    /// while the laser may come on or anything moves, and for a board that keeps none.
+    void store_parameters(const std::optional<MachineConfig>& machine);
     /// Called for each sample.
     void on_telemetry(std::function<void(const link::Telemetry&)> listener) { on_telemetry_ = std::move(listener); }
     /// All that the cell's black box holds. Throws LinkError without an answer.
@@ -135,6 +150,8 @@ private:
     void take(const link::ClockReply& message);
     void take(const link::Telemetry& message);
     void take(const link::BlackboxChunk& message);
+    void take(const link::Parameters& message);
+    void send_pieces(std::span<const std::uint8_t> bytes, const char* what);
     /// Throws CellRefused with unknown_command when the controller speaks an older minor version than `since`.
     void require(std::uint8_t since, const std::string& what) const;
     void shake_hands();
@@ -167,6 +184,7 @@ private:
     std::optional<link::StreamAck> ack_;
     std::optional<link::JobRefused> job_refused_;
     std::optional<link::BlackboxChunk> blackbox_;
+    std::optional<link::Parameters> parameters_;
     std::function<void(const link::Telemetry&)> on_telemetry_;
     std::function<void(State, State)> on_state_;
     std::function<bool()> stop_check_;

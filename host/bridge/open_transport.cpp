@@ -119,6 +119,9 @@ std::vector<std::string> cell_arguments(const LinkOptions& options, SimCarrier c
     if (options.script) {
         add("--script", options.script->string());
     }
+    if (options.memory) {
+        add("--memory", options.memory->string());
+    }
     if (options.record) {
         add("--record", options.record->string());
         add("--record-limit", std::to_string(options.record_limit_mb));

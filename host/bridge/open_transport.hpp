@@ -24,6 +24,7 @@ struct LinkOptions {
     std::string board = "sim";                      ///< where the cell's controller runs: sim (on this PC) or m7
     std::optional<std::filesystem::path> m7_image;  ///< image of the board m7; the project's own without one
     std::optional<std::filesystem::path> record;    ///< log of the controller's inputs, for `scribecell replay`
+    std::optional<std::filesystem::path> memory;    ///< file of what the simulated cell keeps without power
     double record_limit_mb = 100.0;                 ///< where the log ends; the cell goes on
     std::optional<double> prr_nominal_hz;           ///< of the cell's laser; the reference cell's without one
     std::vector<std::string> machine;               ///< KEY=VALUE, as scribecell-cell --machine takes them

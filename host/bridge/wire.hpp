@@ -18,7 +18,7 @@ namespace sc::host {
 /// What a controller sends.
 using CellMessage = std::variant<link::HelloReply, link::CommandReply, link::StreamAck, link::JobRefused, link::Status,
                                  link::ConfigChunk, link::Position, link::StreamMissing, link::SensorReport,
-                                 link::ClockReply, link::Telemetry, link::BlackboxChunk>;
+                                 link::ClockReply, link::Telemetry, link::BlackboxChunk, link::Parameters>;
 
 /// What the wire has cost so far; counted, never hidden.
 struct WireCounters {

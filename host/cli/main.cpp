@@ -46,6 +46,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_measure(app, exit_code);
         sc::host::cli::add_vision(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
+        sc::host::cli::add_params(app, exit_code);
         sc::host::cli::add_sensors(app, exit_code);
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);

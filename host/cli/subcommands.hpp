@@ -19,6 +19,7 @@ void add_calibrate(CLI::App& app, int& exit_code);
 void add_measure(CLI::App& app, int& exit_code);
 void add_vision(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
+void add_params(CLI::App& app, int& exit_code);
 void add_sensors(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);

@@ -100,6 +100,9 @@ enum class Refusal : std::uint16_t {
     surface_not_seen = 156,
     surface_not_there = 157,
     telemetry_over_budget = 160,
+    parameters_not_kept = 161,
+    parameters_bad = 162,
+    parameters_not_written = 163,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -146,6 +146,35 @@ struct StreamMissing {
     }
 };
 
+/// The parameters that have come in map_chunks are to be kept without power: bytes of a configuration's layout
+/// (config.hpp), their number and CRC-32; 0 bytes: nothing is to be kept any more. They are in force from the
+/// controller's next start. Answered by CommandReply once they are written.
+struct StoreParameters {
+    static constexpr std::uint8_t kId = 18;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "store_parameters";
+    std::uint32_t sequence = 0;
+    std::uint16_t layout = 0;
+    std::uint16_t bytes = 0;
+    std::uint32_t crc = 0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("sequence", m.sequence), v("layout", m.layout), v("bytes", m.bytes), v("crc", m.crc);
+    }
+};
+
+/// Asks for the parameters that are kept, from a byte offset on. Answered by Parameters.
+struct ParametersRequest {
+    static constexpr std::uint8_t kId = 19;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "parameters_request";
+    std::uint16_t offset = 0;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("offset", m.offset);
+    }
+};
+
 /// Answers a heartbeat, one each 50 ms at most: the heartbeat's own time stamp, the controller's time when it had come
 /// for certain, and before this answer left. The true times lie within a control period of these.
 struct ClockReply {
@@ -198,6 +227,27 @@ struct BlackboxChunk {
         v("part", m.part), v("first", m.first), v("begin", m.begin), v("end", m.end), v("frozen", m.frozen);
         v("fault", m.fault), v("axis", m.axis), v("newest_us", m.newest_us), v("period_ns", m.period_ns);
         v("count", m.count), v("records", m.records);
+    }
+};
+
+/// Parameters that are kept: which, and a run of their bytes.
+struct Parameters {
+    static constexpr std::uint8_t kId = 79;
+    static constexpr std::uint8_t kSince = 2;
+    static constexpr std::string_view kName = "parameters";
+    static constexpr std::size_t kBytes = 200;  ///< of one run
+    std::uint8_t fitted = 0;                    ///< 1: the board can keep any
+    std::uint8_t in_force = 0;                  ///< 1: this start of the controller runs with them
+    std::uint32_t generation = 0;               ///< counts what was stored; 0: nothing is
+    std::uint16_t layout = 0;
+    std::uint16_t bytes = 0;
+    std::uint32_t crc = 0;  ///< CRC-32 of all of them
+    std::uint16_t offset = 0;
+    Bytes data;
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("fitted", m.fitted), v("in_force", m.in_force), v("generation", m.generation), v("layout", m.layout);
+        v("bytes", m.bytes), v("crc", m.crc), v("offset", m.offset), v("data", m.data);
     }
 };
 

@@ -26,9 +26,9 @@ struct MessageList {
 };
 using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
                                  SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag,
-                                 TelemetryRequest, BlackboxRequest, SetSurface, CheckSeating, SensorsRequest>;
+                                 TelemetryRequest, BlackboxRequest, StoreParameters, ParametersRequest, SetSurface, CheckSeating, SensorsRequest>;
 using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position,
-                                 StreamMissing, ClockReply, Telemetry, BlackboxChunk, SensorReport>;
+                                 StreamMissing, ClockReply, Telemetry, BlackboxChunk, Parameters, SensorReport>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>

@@ -145,6 +145,7 @@ private:
     void take(const link::ClockReply&) {}
     void take(const link::Telemetry&) {}
     void take(const link::BlackboxChunk&) {}
+    void take(const link::Parameters&) {}
 
     SimCell* cell_;
     std::uint16_t counter_ = 0;

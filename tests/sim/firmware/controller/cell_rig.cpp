@@ -56,6 +56,7 @@ void CellRig::receive() {
             void operator()(const link::ClockReply& m) const { rig.clock_replies_.push_back(m); }
             void operator()(const link::Telemetry& m) const { rig.telemetry_.push_back(m); }
             void operator()(const link::BlackboxChunk& m) const { rig.chunk_ = m; }
+            void operator()(const link::Parameters& m) const { rig.parameters_ = m; }
         };
         (void)link::dispatch(link::CellMessages{}, envelope, Handler{*this});
     });
@@ -181,6 +182,29 @@ link::BlackboxChunk CellRig::black_box(link::BlackboxPart part, std::uint32_t fi
         throw std::runtime_error("no black box");
     }
     return *chunk_;
+}
+
+std::uint32_t CellRig::send_store(std::span<const std::uint8_t> bytes, std::uint16_t layout) {
+    for (std::size_t offset = 0; offset < bytes.size(); offset += 200) {
+        const auto piece = bytes.subspan(offset, std::min<std::size_t>(200, bytes.size() - offset));
+        static_cast<void>(send_map_chunk(static_cast<std::uint16_t>(offset), piece));
+    }
+    const std::uint32_t sequence = ++sequence_;
+    send(link::StoreParameters{sequence, layout, static_cast<std::uint16_t>(bytes.size()), crc32(bytes)});
+    return sequence;
+}
+
+link::CommandReply CellRig::store(std::span<const std::uint8_t> bytes, std::uint16_t layout) {
+    return reply_to(send_store(bytes, layout));
+}
+
+link::Parameters CellRig::parameters(std::uint16_t offset) {
+    parameters_.reset();
+    send(link::ParametersRequest{offset});
+    if (!until([&] { return parameters_.has_value(); }, 200)) {
+        throw std::runtime_error("no parameters");
+    }
+    return *parameters_;
 }
 
 link::CommandReply CellRig::set_power_curve(const PowerCurve& curve) {

@@ -31,6 +31,7 @@ public:
         bool with_default_errors = true;
         std::uint32_t baud = 921'600;
         std::filesystem::path world{};   ///< empty = the reference cell
+        std::filesystem::path memory{};  ///< of what the controller keeps without power; empty = nothing
         std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
         MachineConfig machine = reference_machine();
         sim::MakeController controller = sim::make_local_controller;
@@ -66,6 +67,11 @@ public:
     /// Waits for the answer as long as it takes.
     link::CommandReply check_seating(link::CheckSeating message);
     link::SensorReport sensors();
+    /// Sends bytes and asks to keep them; the sequence of the request.
+    std::uint32_t send_store(std::span<const std::uint8_t> bytes, std::uint16_t layout);
+    link::CommandReply store(std::span<const std::uint8_t> bytes, std::uint16_t layout);
+    bool answered(std::uint32_t sequence) const { return replies_.contains(sequence); }
+    link::Parameters parameters(std::uint16_t offset = 0);
     link::CommandReply subscribe(link::TelemetryRequest message);
     const std::vector<link::Telemetry>& telemetry() const { return telemetry_; }
     const std::vector<link::ClockReply>& clock_replies() const { return clock_replies_; }
@@ -105,6 +111,7 @@ private:
     std::optional<link::Position> position_;
     std::optional<link::SensorReport> sensors_;
     std::optional<link::BlackboxChunk> chunk_;
+    std::optional<link::Parameters> parameters_;
     std::vector<link::Telemetry> telemetry_;
     std::vector<link::ClockReply> clock_replies_;
     bool connected_ = false;

@@ -73,6 +73,7 @@ public:
     std::vector<ClockReply> clocks;
     std::vector<Telemetry> telemetry;
     std::vector<BlackboxChunk> boxes;
+    std::vector<Parameters> parameters;
     std::vector<std::uint8_t> order;
     std::vector<std::uint16_t> counters;
     int malformed = 0;
@@ -83,6 +84,7 @@ private:
     void keep(const ClockReply& m) { clocks.push_back(m); }
     void keep(const Telemetry& m) { telemetry.push_back(m); }
     void keep(const BlackboxChunk& m) { boxes.push_back(m); }
+    void keep(const Parameters& m) { parameters.push_back(m); }
     void keep(const SensorReport& m) { sensors.push_back(m); }
     void keep(const HelloReply& m) { hellos.push_back(m); }
     void keep(const CommandReply& m) { replies.push_back(m); }
