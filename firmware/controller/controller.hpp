@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <variant>
 
+#include "firmware/controller/black_box.hpp"
 #include "firmware/controller/fired_watch.hpp"
 #include "firmware/controller/job_runner.hpp"
 #include "firmware/controller/map_intake.hpp"
@@ -61,6 +63,8 @@ private:
     };
 
     void take_events(const ServoInputs& in) noexcept;
+    void take_command(const link::Command& command, const ServoInputs& in) noexcept;
+    void answer(std::uint32_t sequence, const Verdict& verdict) noexcept;
     [[nodiscard]] Verdict decide(const link::Command& command, const ServoInputs& in) noexcept;
     [[nodiscard]] Verdict post(safety::Event event) noexcept;
     [[nodiscard]] Verdict arm(const ServoInputs& in) noexcept;
@@ -117,6 +121,13 @@ private:
     void drive(const ServoInputs& in, ServoOutputs& out) noexcept;
     void follow_drives() noexcept;
     void report(const ServoInputs& in, ServoOutputs& out) noexcept;
+    [[nodiscard]] std::uint8_t status_flags(const ServoInputs& in, const ServoOutputs& out) const noexcept;
+    void note(link::BlackboxKind kind, std::uint8_t a = 0, std::uint16_t b = 0) noexcept;
+    void note_starved() noexcept;
+    [[nodiscard]] link::BlackboxSample black_box_sample(const ServoInputs& in, const ServoOutputs& out) const noexcept;
+    void record(const ServoInputs& in, const ServoOutputs& out) noexcept;
+    void send_more(const ServoInputs& in, ServoOutputs& out) noexcept;
+    [[nodiscard]] link::TelemetryValues telemetry(const ServoInputs& in, const ServoOutputs& out) const noexcept;
     [[nodiscard]] bool homed() const noexcept;
 
     MachineConfig machine_;
@@ -136,11 +147,10 @@ private:
     std::uint32_t seating_sequence_ = 0;
     bool seating_failed_ = false;    ///< the last check of the seat did
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
-    GalvoField field_;               ///< as it comes over the link, in part
-    std::size_t field_numbers_ = 0;
     JobRunner runner_;
-    MapIntake map_intake_;
-    std::uint32_t map_crc_ = 0;  ///< of the map in force
+    std::variant<MapIntake, GalvoField> intake_;  ///< what comes in pieces over the link, one thing at a time
+    std::size_t field_numbers_ = 0;               ///< of a GalvoField that have come
+    std::uint32_t map_crc_ = 0;                   ///< of the map in force
 
     drives::Outcome drives_seen_{};
     std::uint8_t home_stage_ = 0;  ///< 0: y, 1: x and z, 2: C
@@ -167,6 +177,11 @@ private:
     std::int64_t suspicion_tick_ = 0;
     State reported_state_ = State::boot;
     std::int64_t report_tick_ = -1'000'000;
+    BlackBox black_box_;
+    std::int64_t tick_ = 0;
+    State recorded_state_ = State::boot;
+    std::uint32_t recorded_bad_ = 0;
+    bool silent_ = true;  ///< the host, as last noted
 };
 
 }  // namespace sc
