@@ -13,8 +13,8 @@
 #include "boards/sim/cell_traces.hpp"
 #include "boards/sim/controller_host.hpp"
 #include "boards/sim/link_line.hpp"
-#include "boards/sim/plant/cell_plant.hpp"
 #include "boards/sim/parameter_file.hpp"
+#include "boards/sim/plant/cell_plant.hpp"
 #include "boards/sim/retained_file.hpp"
 #include "boards/sim/world/world.hpp"
 #include "shared/codes/state.hpp"
@@ -24,8 +24,8 @@ namespace sc::sim {
 
 struct CellOptions {
     MachineConfig machine = reference_machine();
-    std::filesystem::path world;     ///< world file
-    std::filesystem::path out;       ///< directory of the traces, created; empty = write nothing
+    std::filesystem::path world;  ///< world file
+    std::filesystem::path out;    ///< directory of the traces, created; empty = write nothing
     /// File of what the controller keeps without power; beside it FILE.parameters. Empty = it keeps nothing.
     std::filesystem::path memory{};
     std::filesystem::path record{};  ///< log of the controller's inputs; empty = none

@@ -10,8 +10,6 @@ namespace {
 
 using safety::Event;
 
-constexpr std::int64_t kStatusEveryTicks = 20;
-
 constexpr std::uint8_t axis_bit(Axis axis) noexcept { return static_cast<std::uint8_t>(1U << index(axis)); }
 
 /// Axes that a stage of homing moves: y first, so that x, z and C turn in the clear.
@@ -36,7 +34,8 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id, Reta
       hub_(machine.sensors, machine.control_period_ns),
       runner_(machine),
       retained_(retained),
-      retained_record_(retained == nullptr ? std::nullopt : retained->read()) {}
+      retained_record_(retained == nullptr ? std::nullopt : retained->read()),
+      black_box_(machine.control_period_ns) {}
 
 bool Controller::homed() const noexcept {
     for (const drives::AxisStatus& axis : drives_seen_.axis) {
@@ -108,7 +107,7 @@ void Controller::advance_job() noexcept {
     if (runner_.starved()) {
         if (supervisor_.post(Event::starved)) {
             stop_reason_ = Event::starved;
-            ++starvations_;
+            note_starved();
         }
     } else if (state() == State::running && runner_.on_path()) {
         (void)supervisor_.post(Event::path_begin);
@@ -131,7 +130,7 @@ void Controller::advance_preview() noexcept {
     } else if (runner_.starved()) {
         // Nothing burns, so it simply goes on when points have come.
         if (runner_.at_rest() && runner_.can_continue()) {
-            ++starvations_;
+            note_starved();
             runner_.resume();
         }
     } else if (runner_.job_done()) {
@@ -149,7 +148,10 @@ bool Controller::drop_refused() noexcept {
     if (refusal.refusal != Refusal::none) {
         link_.refuse_item(refusal.item, refusal.refusal, refusal.axis, refusal.value);
     }
-    (void)abort();
+    const Refusal why = refusal.refusal != Refusal::none ? refusal.refusal : link_.job_refusal();
+    if (abort().refusal == Refusal::none) {
+        note(link::BlackboxKind::item_refused, refusal.axis, static_cast<std::uint16_t>(why));
+    }
     return true;
 }
 
@@ -305,8 +307,10 @@ void Controller::measure_axes(const ServoInputs& in) noexcept {
 
 void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     out.link_tx_size = out.drive_tx_size = out.laser_size = out.pulses_size = out.source_tx_size = 0;
+    tick_ = in.tick;
     link_.receive(in.tick, in.link_rx);
     take_events(in);
+    keep_parameters();
     speak_to_source(in, out);
     sense(in, out);
     watch_inputs(in);
@@ -341,57 +345,6 @@ void Controller::servo_step(const ServoInputs& in, ServoOutputs& out) noexcept {
     lines(out);
     drive(in, out);
     report(in, out);
-}
-
-LimitedBy Controller::limited_by() const noexcept {
-    const bool held = state() == State::stopping || state() == State::held;
-    return held && stop_reason_ == Event::hold ? LimitedBy::override_zero : runner_.limited_by();
-}
-
-void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
-    if (job_started_) {
-        link_.progress(runner_.planned(), runner_.fired(), runner_.fired_position());
-    }
-    const bool burns = job_started_ && job_burns_;
-    fired_.tick(burns ? JobPlace{runner_.fired(), runner_.fired_position()} : fired_.record().reached,
-                burns && supervisor_.faults() != 0);
-    const State now = state();
-    if (now != reported_state_ || in.tick - report_tick_ >= kStatusEveryTicks) {
-        link::Status status;
-        status.cell_time_us = static_cast<std::uint64_t>(in.tick * machine_.control_period_ns / 1000);
-        status.state = static_cast<std::uint8_t>(now);
-        status.faults = supervisor_.faults();
-        status.first_fault = static_cast<std::uint8_t>(supervisor_.first_fault().fault);
-        status.first_fault_axis = supervisor_.first_fault().axis;
-        status.limited_by = static_cast<std::uint8_t>(limited_by());
-        status.override_percent = runner_.feed_override_percent();
-        status.map_crc = map_crc_;
-        const auto flag = [&](bool on, link::StatusFlag bit) noexcept {
-            status.flags = static_cast<std::uint8_t>(status.flags | (on ? static_cast<unsigned>(bit) : 0U));
-        };
-        flag(homed(), link::kFlagHomed);
-        flag(in.digital.estop_closed, link::kFlagEstopClosed);
-        flag(in.digital.interlock_closed, link::kFlagInterlockClosed);
-        flag(mo_.on(), link::kFlagMasterOscillator);
-        flag(out.laser_size > 0, link::kFlagGateOpen);
-        flag(job_done_, link::kFlagJobDone);
-        flag(out.digital.guide_laser, link::kFlagGuideLaser);
-        flag(shutter_reads_open(in.digital), link::kFlagShutterOpen);
-        status.key = static_cast<std::uint8_t>(key_mode(in.digital));
-        status.source = static_cast<std::uint8_t>(source_state(machine_.laser.source, in.digital.source_status));
-        for (std::size_t i = 0; i < kAxisCount; ++i) {
-            status.actual[i] = static_cast<std::int32_t>(drives_seen_.axis[i].actual / kPmPerWireUnit);
-        }
-        status.pulses_total = pulses_total_;
-        status.starvations = starvations_;
-        link_.status(status);
-        reported_state_ = now;
-        report_tick_ = in.tick;
-    }
-    out.link_tx_size = link_.transmit(out.link_tx);
-    out.set_point = runner_.set_point();
-    out.state = static_cast<std::uint8_t>(now);
-    out.faults = supervisor_.faults();
 }
 
 }  // namespace sc

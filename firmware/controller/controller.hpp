@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <optional>
+#include <variant>
 
+#include "firmware/controller/black_box.hpp"
 #include "firmware/controller/fired_watch.hpp"
 #include "firmware/controller/job_runner.hpp"
 #include "firmware/controller/map_intake.hpp"
@@ -36,8 +38,8 @@ public:
     /// power.
     Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained = nullptr) noexcept;
 
-    /// Where parameters are kept without power, and the generation of those that `machine` came from (0: the board's own).
-    /// Once, before the first step.
+    /// Where parameters are kept without power, and the generation of those that `machine` came from (0: the board's
+    /// own). Once, before the first step.
     void keep_parameters_in(ParameterMemory* memory, std::uint32_t generation) noexcept {
         store_.keep_in(memory);
         generation_in_force_ = generation;
@@ -69,6 +71,8 @@ private:
     };
 
     void take_events(const ServoInputs& in) noexcept;
+    void take_command(const link::Command& command, const ServoInputs& in) noexcept;
+    void answer(std::uint32_t sequence, const Verdict& verdict) noexcept;
     [[nodiscard]] Verdict decide(const link::Command& command, const ServoInputs& in) noexcept;
     [[nodiscard]] Verdict post(safety::Event event) noexcept;
     [[nodiscard]] Verdict arm(const ServoInputs& in) noexcept;
@@ -128,6 +132,13 @@ private:
     void drive(const ServoInputs& in, ServoOutputs& out) noexcept;
     void follow_drives() noexcept;
     void report(const ServoInputs& in, ServoOutputs& out) noexcept;
+    [[nodiscard]] std::uint8_t status_flags(const ServoInputs& in, const ServoOutputs& out) const noexcept;
+    void note(link::BlackboxKind kind, std::uint8_t a = 0, std::uint16_t b = 0) noexcept;
+    void note_starved() noexcept;
+    [[nodiscard]] link::BlackboxSample black_box_sample(const ServoInputs& in, const ServoOutputs& out) const noexcept;
+    void record(const ServoInputs& in, const ServoOutputs& out) noexcept;
+    void send_more(const ServoInputs& in, ServoOutputs& out) noexcept;
+    [[nodiscard]] link::TelemetryValues telemetry(const ServoInputs& in, const ServoOutputs& out) const noexcept;
     [[nodiscard]] bool homed() const noexcept;
 
     MachineConfig machine_;
@@ -147,14 +158,13 @@ private:
     std::uint32_t seating_sequence_ = 0;
     bool seating_failed_ = false;    ///< the last check of the seat did
     std::int64_t warned_ticks_ = 0;  ///< of arming, with the emission warning on
-    GalvoField field_;               ///< as it comes over the link, in part
     store::ParameterStore store_;
     std::uint32_t store_sequence_ = 0;
     std::uint32_t generation_in_force_ = 0;
-    std::size_t field_numbers_ = 0;
     JobRunner runner_;
-    MapIntake map_intake_;
-    std::uint32_t map_crc_ = 0;  ///< of the map in force
+    std::variant<MapIntake, GalvoField> intake_;  ///< what comes in pieces over the link, one thing at a time
+    std::size_t field_numbers_ = 0;               ///< of a GalvoField that have come
+    std::uint32_t map_crc_ = 0;                   ///< of the map in force
 
     drives::Outcome drives_seen_{};
     std::uint8_t home_stage_ = 0;  ///< 0: y, 1: x and z, 2: C
@@ -181,6 +191,11 @@ private:
     std::int64_t suspicion_tick_ = 0;
     State reported_state_ = State::boot;
     std::int64_t report_tick_ = -1'000'000;
+    BlackBox black_box_;
+    std::int64_t tick_ = 0;
+    State recorded_state_ = State::boot;
+    std::uint32_t recorded_bad_ = 0;
+    bool silent_ = true;  ///< the host, as last noted
 };
 
 }  // namespace sc

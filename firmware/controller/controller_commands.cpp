@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <span>
+#include <variant>
+
 #include "firmware/controller/controller.hpp"
 #include "shared/machine/source_status.hpp"
 #include "shared/math/scalar.hpp"
@@ -18,94 +21,83 @@ bool finite(double v) noexcept { return v >= -1e300 && v <= 1e300; }
 
 }  // namespace
 
+/// Answers a request, and notes it if it was refused.
+void Controller::answer(std::uint32_t sequence, const Verdict& verdict) noexcept {
+    link_.reply(sequence, verdict.refusal, verdict.detail);
+    if (verdict.refusal != Refusal::none) {
+        note(link::BlackboxKind::request, 0, static_cast<std::uint16_t>(verdict.refusal));
+    }
+}
+
+void Controller::take_command(const link::Command& command, const ServoInputs& in) noexcept {
+    const auto verb = static_cast<link::Verb>(command.verb);
+    Verdict verdict;
+    bool later = false;  // the answer
+    if (verb == link::Verb::reset_fault && state() == State::fault) {
+        reset_wanted_ = true;
+        reset_drives_ = true;
+        reset_sequence_ = command.sequence;
+        reset_deadline_ = in.tick + kResetPatienceTicks;
+        later = true;
+    } else if (verb == link::Verb::set_pulse_width) {
+        verdict = ask_width(command);
+        later = verdict.refusal == Refusal::none;
+    } else {
+        verdict = decide(command, in);
+    }
+    if (!later) {
+        link_.reply(command.sequence, verdict.refusal, verdict.detail);
+    }
+    note(link::BlackboxKind::command, command.verb, static_cast<std::uint16_t>(verdict.refusal));
+}
+
 void Controller::take_events(const ServoInputs& in) noexcept {
     link::LinkEvent event;
     while (link_.poll(event)) {
         switch (event.kind) {
-            case link::LinkEvent::Kind::none:
-            case link::LinkEvent::Kind::session_resumed: break;
+            case link::LinkEvent::Kind::none: break;
+            case link::LinkEvent::Kind::session_resumed: note(link::BlackboxKind::link_back, 1); break;
             case link::LinkEvent::Kind::session_open:
+                note(link::BlackboxKind::link_back);
                 // Nothing of another host's session goes on by itself.
                 seating_failed_ = false;
                 (void)abort();
                 break;
-            case link::LinkEvent::Kind::command: {
-                const auto verb = static_cast<link::Verb>(event.command.verb);
-                if (verb == link::Verb::reset_fault && state() == State::fault) {
-                    reset_wanted_ = true;
-                    reset_drives_ = true;
-                    reset_sequence_ = event.command.sequence;
-                    reset_deadline_ = in.tick + kResetPatienceTicks;
-                    break;
-                }
-                if (verb == link::Verb::set_pulse_width) {
-                    if (const Verdict asked = ask_width(event.command); asked.refusal != Refusal::none) {
-                        link_.reply(event.command.sequence, asked.refusal, asked.detail);
-                    }
-                    break;
-                }
-                const Verdict verdict = decide(event.command, in);
-                link_.reply(event.command.sequence, verdict.refusal, verdict.detail);
+            case link::LinkEvent::Kind::command: take_command(event.command, in); break;
+            case link::LinkEvent::Kind::job_open: answer(event.job_open.sequence, open(event.job_open)); break;
+            case link::LinkEvent::Kind::job_resume:
+                answer(event.job_resume.sequence, open_midst(event.job_resume));
                 break;
-            }
-            case link::LinkEvent::Kind::job_open: {
-                const Verdict verdict = open(event.job_open);
-                link_.reply(event.job_open.sequence, verdict.refusal, verdict.detail);
-                break;
-            }
-            case link::LinkEvent::Kind::job_resume: {
-                const Verdict verdict = open_midst(event.job_resume);
-                link_.reply(event.job_resume.sequence, verdict.refusal, verdict.detail);
-                break;
-            }
             case link::LinkEvent::Kind::position_request: tell_position(event.position_request.token); break;
-            case link::LinkEvent::Kind::galvo_field: {
-                const Verdict verdict = set_galvo_field(event.galvo_field);
-                link_.reply(event.galvo_field.sequence, verdict.refusal, verdict.detail);
+            case link::LinkEvent::Kind::galvo_field:
+                answer(event.galvo_field.sequence, set_galvo_field(event.galvo_field));
                 break;
-            }
-            case link::LinkEvent::Kind::power_curve: {
-                const Verdict verdict = set_power_curve(event.power_curve);
-                link_.reply(event.power_curve.sequence, verdict.refusal, verdict.detail);
+            case link::LinkEvent::Kind::power_curve:
+                answer(event.power_curve.sequence, set_power_curve(event.power_curve));
                 break;
-            }
-            case link::LinkEvent::Kind::galvo_lag: {
-                const Verdict verdict = set_galvo_lag(event.galvo_lag);
-                link_.reply(event.galvo_lag.sequence, verdict.refusal, verdict.detail);
+            case link::LinkEvent::Kind::galvo_lag:
+                answer(event.galvo_lag.sequence, set_galvo_lag(event.galvo_lag));
                 break;
-            }
-            case link::LinkEvent::Kind::compensation: {
-                const Verdict verdict = set_compensation(event.compensation);
-                link_.reply(event.compensation.sequence, verdict.refusal, verdict.detail);
+            case link::LinkEvent::Kind::compensation:
+                answer(event.compensation.sequence, set_compensation(event.compensation));
                 break;
-            }
-            case link::LinkEvent::Kind::surface: {
-                const Verdict verdict = set_surface(event.surface);
-                link_.reply(event.surface.sequence, verdict.refusal, verdict.detail);
-                break;
-            }
+            case link::LinkEvent::Kind::surface: answer(event.surface.sequence, set_surface(event.surface)); break;
             case link::LinkEvent::Kind::seating:
                 if (const Verdict verdict = check_seating(event.seating, in.tick); verdict.refusal != Refusal::none) {
-                    link_.reply(event.seating.sequence, verdict.refusal, verdict.detail);
+                    answer(event.seating.sequence, verdict);
                 }
                 break;
             case link::LinkEvent::Kind::store_parameters:
                 if (const Verdict verdict = store_parameters(event.store_parameters);
                     verdict.refusal != Refusal::none) {
-                    link_.reply(event.store_parameters.sequence, verdict.refusal, verdict.detail);
+                    answer(event.store_parameters.sequence, verdict);
                 }
                 break;
             case link::LinkEvent::Kind::sensors: report_sensors(in.tick); break;
-            case link::LinkEvent::Kind::map_chunk: {
-                const Verdict verdict = take_map_chunk(event.map_chunk);
-                link_.reply(event.map_chunk.sequence, verdict.refusal, verdict.detail);
+            case link::LinkEvent::Kind::map_chunk:
+                answer(event.map_chunk.sequence, take_map_chunk(event.map_chunk));
                 break;
-            }
-            case link::LinkEvent::Kind::set_map: {
-                const Verdict verdict = set_map(event.set_map);
-                link_.reply(event.set_map.sequence, verdict.refusal, verdict.detail);
-                break;
-            }
+            case link::LinkEvent::Kind::set_map: answer(event.set_map.sequence, set_map(event.set_map)); break;
         }
     }
 }
@@ -324,6 +316,7 @@ Controller::Verdict Controller::open(const link::JobOpen& job) noexcept {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
     }
     link_.open_job(job.job, job.items);
+    note(link::BlackboxKind::job_opened, 0, static_cast<std::uint16_t>(job.job & 0xFFFFU));
     job_open_ = true;
     job_done_ = job_started_ = false;
     job_start_ = {};
@@ -339,6 +332,7 @@ Controller::Verdict Controller::open_midst(const link::JobResume& job) noexcept 
         return {Refusal::too_many_points, job.first};
     }
     link_.resume_job(job);
+    note(link::BlackboxKind::job_opened, 1, static_cast<std::uint16_t>(job.job & 0xFFFFU));
     job_open_ = true;
     job_done_ = job_started_ = false;
     job_start_ = {job.first, job.c, {job.path, job.pass, job.first, job.pulse}};
@@ -371,6 +365,7 @@ bool Controller::geometry_may_change() const noexcept {
     return (state() == State::boot || state() == State::disabled || state() == State::idle) && runner_.at_rest();
 }
 
+/// A map and a field correction come in the same memory: to begin one is to drop what has come of the other.
 Controller::Verdict Controller::take_map_chunk(const link::MapChunk& m) noexcept {
     if (!geometry_may_change()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
@@ -378,8 +373,13 @@ Controller::Verdict Controller::take_map_chunk(const link::MapChunk& m) noexcept
     if (store_.busy()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};  // it writes from there
     }
-    if (!map_intake_.take(m.offset, std::span(m.data.data).first(m.data.size))) {
-        return {Refusal::map_incomplete, static_cast<std::int64_t>(map_intake_.size())};
+    MapIntake* intake = std::get_if<MapIntake>(&intake_);
+    if (intake == nullptr && m.offset == 0) {
+        intake = &intake_.emplace<MapIntake>();
+        field_numbers_ = 0;
+    }
+    if (intake == nullptr || !intake->take(m.offset, std::span(m.data.data).first(m.data.size))) {
+        return {Refusal::map_incomplete, intake == nullptr ? 0 : static_cast<std::int64_t>(intake->size())};
     }
     return {};
 }
@@ -394,10 +394,11 @@ Controller::Verdict Controller::set_map(const link::SetMap& m) noexcept {
         map_crc_ = 0;
         return {};
     }
-    if (!map_intake_.whole(m.bytes, m.crc)) {
-        return {Refusal::map_incomplete, static_cast<std::int64_t>(map_intake_.size())};
+    MapIntake* intake = std::get_if<MapIntake>(&intake_);
+    if (intake == nullptr || !intake->whole(m.bytes, m.crc)) {
+        return {Refusal::map_incomplete, intake == nullptr ? 0 : static_cast<std::int64_t>(intake->size())};
     }
-    const AxisMap* map = map_intake_.map();
+    const AxisMap* map = intake->map();
     if (map == nullptr) {
         return {Refusal::bad_map, 0};
     }
@@ -449,6 +450,9 @@ Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) no
     if (!geometry_may_change()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
     }
+    if (store_.busy()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};  // it writes what came before
+    }
     if (m.first == 0) {
         field_numbers_ = 0;
     }
@@ -456,9 +460,13 @@ Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) no
     if (m.first != field_numbers_ || m.count > m.numbers.size() || end > GalvoField::kNumbers) {
         return {Refusal::bad_config, m.first};
     }
+    GalvoField* field = std::get_if<GalvoField>(&intake_);
     if (m.count > 0) {
+        if (field == nullptr) {
+            field = &intake_.emplace<GalvoField>();
+        }
         for (std::size_t i = 0; i < m.count; ++i) {
-            field_.set_number(m.first + i, m.numbers[i]);
+            field->set_number(m.first + i, m.numbers[i]);
         }
         field_numbers_ = end;
         return {};
@@ -467,10 +475,10 @@ Controller::Verdict Controller::set_galvo_field(const link::SetGalvoField& m) no
         runner_.drop_galvo_field();
         return {};
     }
-    if (field_numbers_ != GalvoField::kNumbers || !sound(field_)) {
+    if (field == nullptr || field_numbers_ != GalvoField::kNumbers || !sound(*field)) {
         return {Refusal::bad_config, static_cast<std::int64_t>(field_numbers_)};
     }
-    runner_.set_galvo_field(field_);
+    runner_.set_galvo_field(*field);
     return {};
 }
 

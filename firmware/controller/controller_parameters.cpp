@@ -2,6 +2,7 @@
 // The parameters that outlive the power: taken over the link, kept by the store, told again.
 #include <algorithm>
 #include <span>
+#include <variant>
 
 #include "firmware/controller/controller.hpp"
 #include "shared/link/config.hpp"
@@ -17,10 +18,11 @@ Controller::Verdict Controller::store_parameters(const link::StoreParameters& m)
     }
     std::span<const std::uint8_t> bytes;
     if (m.bytes > 0) {
-        if (m.layout != link::kConfigVersion || !map_intake_.whole(m.bytes, m.crc)) {
-            return {Refusal::parameters_bad, static_cast<std::int64_t>(map_intake_.size())};
+        const MapIntake* const intake = std::get_if<MapIntake>(&intake_);
+        if (m.layout != link::kConfigVersion || intake == nullptr || !intake->whole(m.bytes, m.crc)) {
+            return {Refusal::parameters_bad, intake == nullptr ? 0 : static_cast<std::int64_t>(intake->size())};
         }
-        bytes = map_intake_.bytes();
+        bytes = intake->bytes();
         MachineConfig machine;
         if (link::deserialise_into(machine, bytes) != Refusal::none) {
             return {Refusal::parameters_bad, 0};

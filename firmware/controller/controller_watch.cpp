@@ -17,6 +17,7 @@ void Controller::trip(Fault fault, std::uint8_t axis, std::int64_t tick) noexcep
     }
     const bool moving = state() != State::fault;
     supervisor_.trip(fault, axis, tick);
+    note(link::BlackboxKind::fault, axis, static_cast<std::uint16_t>(fault));
     cancel_ = true;
     if (moving) {
         runner_.request_stop();
@@ -137,7 +138,12 @@ void Controller::watch_drives(const ServoInputs& in) noexcept {
 }
 
 void Controller::watch_link(const ServoInputs& in) noexcept {
-    if (link_.alive(in.tick)) {
+    const bool silent = !link_.alive(in.tick);
+    if (silent && !silent_) {
+        note(link::BlackboxKind::link_silent);
+    }
+    silent_ = silent;
+    if (!silent) {
         silent_since_ = in.tick;
         return;
     }

@@ -11,8 +11,8 @@
 
 namespace sc {
 
-/// Collects the pieces of an axis map, or of parameters to store, until they are whole. Servo context: proportional to the bytes of a piece; `map`
-/// reads all 2 kB, for a tick that moves nothing.
+/// Collects the pieces of an axis map, or of parameters to store, until they are whole. Servo context: proportional to
+/// the bytes of a piece; `map` reads all 2 kB, for a tick that moves nothing.
 class MapIntake {
 public:
     /// Bytes from an offset on; 0 begins anew. False, and nothing taken, for any other that is not `size()`, and for

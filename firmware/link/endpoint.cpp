@@ -44,8 +44,9 @@ struct EventOf<CheckSeating> : Event<LinkEvent::Kind::seating, &LinkEvent::seati
 template <>
 struct EventOf<StoreParameters> : Event<LinkEvent::Kind::store_parameters, &LinkEvent::store_parameters> {};
 
-using RequestMessages = MessageList<Command, JobOpen, JobResume, PositionRequest, SetCompensation, MapChunk, SetMap,
-                                    SetGalvoField, SetPowerCurve, SetGalvoLag, SetSurface, CheckSeating, StoreParameters>;
+using RequestMessages =
+    MessageList<Command, JobOpen, JobResume, PositionRequest, SetCompensation, MapChunk, SetMap, SetGalvoField,
+                SetPowerCurve, SetGalvoLag, SetSurface, CheckSeating, StoreParameters>;
 
 /// The payload has been decoded once, so this cannot fail.
 template <class... Message>

@@ -21,8 +21,8 @@
 namespace sc::link {
 
 /// Something the controller must decide on. A command, job_open, job_resume, compensation, map_chunk, set_map,
-/// galvo_field, power_curve, galvo_lag, surface, seating or store_parameters is owed a `reply` with its sequence, a position_request a
-/// `position`, sensors a `report`.
+/// galvo_field, power_curve, galvo_lag, surface, seating or store_parameters is owed a `reply` with its sequence, a
+/// position_request a `position`, sensors a `report`.
 struct LinkEvent {
     enum class Kind : std::uint8_t {
         none,

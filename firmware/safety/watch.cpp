@@ -155,6 +155,22 @@ std::int64_t FollowingWatch::past(std::size_t axis, std::size_t ticks_ago) const
     return history_[axis][(newest_ + kHistory - (ticks_ago - 1)) % kHistory];
 }
 
+FollowingWatch::Range FollowingWatch::due(std::size_t axis) const noexcept {
+    const std::int64_t oldest = past(axis, delay_max_);
+    Range range{oldest, oldest};
+    for (std::size_t ago = delay_min_; ago < delay_max_; ++ago) {
+        const std::int64_t p = past(axis, ago);
+        range.low = p < range.low ? p : range.low;
+        range.high = p > range.high ? p : range.high;
+    }
+    return range;
+}
+
+std::int64_t FollowingWatch::error(std::size_t axis, std::int64_t actual) const noexcept {
+    const Range range = due(axis);
+    return actual > range.high ? actual - range.high : (actual < range.low ? actual - range.low : 0);
+}
+
 Finding FollowingWatch::step(const AxisPositions& set_point, const AxisPositions& actual, std::uint8_t axes) noexcept {
     newest_ = (newest_ + 1) % kHistory;
     Finding worst;
@@ -187,14 +203,8 @@ Finding FollowingWatch::step_axis(std::size_t axis, std::int64_t actual) noexcep
         distance(oldest, command_at_change_[axis]) > limits_[axis].frozen_travel) {
         return {Fault::encoder_frozen, number};
     }
-    std::int64_t low = oldest;
-    std::int64_t high = oldest;
-    for (std::size_t ago = delay_min_; ago < delay_max_; ++ago) {
-        const std::int64_t p = past(axis, ago);
-        low = p < low ? p : low;
-        high = p > high ? p : high;
-    }
-    if (actual < low - limits_[axis].window || actual > high + limits_[axis].window) {
+    const Range range = due(axis);
+    if (actual < range.low - limits_[axis].window || actual > range.high + limits_[axis].window) {
         return {Fault::following_error, number};
     }
     return {};

@@ -61,6 +61,9 @@ public:
     [[nodiscard]] Finding step(const AxisPositions& set_point, const AxisPositions& actual,
                                std::uint8_t axes = 0x0F) noexcept;
 
+    /// How far `actual` lies outside the set-points that are due, as above; 0 for an axis that is not looked at.
+    [[nodiscard]] std::int64_t error(std::size_t axis, std::int64_t actual) const noexcept;
+
     [[nodiscard]] std::size_t delay_min_ticks() const noexcept { return delay_min_; }
     [[nodiscard]] std::size_t delay_max_ticks() const noexcept { return delay_max_; }
 
@@ -73,6 +76,11 @@ private:
         std::int64_t frozen_travel = 0;
     };
     [[nodiscard]] Finding step_axis(std::size_t axis, std::int64_t actual) noexcept;
+    struct Range {
+        std::int64_t low = 0;
+        std::int64_t high = 0;
+    };
+    [[nodiscard]] Range due(std::size_t axis) const noexcept;
     [[nodiscard]] std::int64_t past(std::size_t axis, std::size_t ticks_ago) const noexcept;
     void restart_axis(std::size_t axis, std::int64_t actual) noexcept;
 

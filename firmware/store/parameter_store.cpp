@@ -61,14 +61,14 @@ std::optional<Stored> newest(const ParameterMemory& memory) noexcept {
     return best;
 }
 
-std::optional<Stored> ParameterStore::stored() const noexcept {
-    return memory_ != nullptr ? newest(*memory_) : std::nullopt;
+void ParameterStore::keep_in(ParameterMemory* memory) noexcept {
+    memory_ = memory;
+    stored_ = memory_ != nullptr ? newest(*memory_) : std::nullopt;
 }
 
 void ParameterStore::begin(std::span<const std::uint8_t> bytes, std::uint16_t layout) noexcept {
-    const std::optional<Stored> now = stored();
-    slot_ = now ? 1 - now->slot : 0;
-    generation_ = now ? now->generation + 1 : 1;
+    slot_ = stored_ ? 1 - stored_->slot : 0;
+    generation_ = stored_ ? stored_->generation + 1 : 1;
     bytes_ = bytes;
     layout_ = layout;
     unit_ = 0;
@@ -116,11 +116,12 @@ ParameterStore::Progress ParameterStore::step(bool allowed) noexcept {
         }
         case Phase::look: {
             phase_ = Phase::idle;
-            const std::optional<Stored> now = stored();
+            stored_ = newest(*memory_);
             if (bytes_.empty()) {
-                return now ? Progress::failed : Progress::done;
+                return stored_ ? Progress::failed : Progress::done;
             }
-            const bool whole = now && now->generation == generation_ && std::ranges::equal(now->bytes, bytes_);
+            const bool whole =
+                stored_ && stored_->generation == generation_ && std::ranges::equal(stored_->bytes, bytes_);
             return whole ? Progress::done : Progress::failed;
         }
     }

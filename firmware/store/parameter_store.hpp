@@ -34,10 +34,11 @@ public:
     enum class Progress : std::uint8_t { idle, writing, done, failed };
 
     /// Null: nothing can be kept. Before the first step.
-    void keep_in(ParameterMemory* memory) noexcept { memory_ = memory; }
+    void keep_in(ParameterMemory* memory) noexcept;
     [[nodiscard]] bool fitted() const noexcept { return memory_ != nullptr; }
     [[nodiscard]] bool busy() const noexcept { return phase_ != Phase::idle; }
-    [[nodiscard]] std::optional<Stored> stored() const noexcept;
+    /// As it was found at the start, or written since.
+    [[nodiscard]] const std::optional<Stored>& stored() const noexcept { return stored_; }
 
     /// Only while fitted and not busy. The bytes must stay as they are until it is done; at most kMostBytes. None: both
     /// slots are erased, and what the board was built with counts again.
@@ -50,6 +51,7 @@ private:
     enum class Phase : std::uint8_t { idle, erase, erase_other, content, head, look };
 
     ParameterMemory* memory_ = nullptr;
+    std::optional<Stored> stored_;
     Phase phase_ = Phase::idle;
     std::span<const std::uint8_t> bytes_;
     std::uint16_t layout_ = 0;

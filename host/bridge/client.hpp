@@ -76,8 +76,8 @@ public:
     void subscribe(const link::TelemetryRequest& wanted);
     /// What the controller keeps without power. Throws LinkError when it does not tell.
     [[nodiscard]] StoredParameters read_parameters();
-    /// Keeps a configuration from the controller's next start on; none: what its board was built with. Throws CellRefused
-    /// while the laser may come on or anything moves, and for a board that keeps none.
+    /// Keeps a configuration from the controller's next start on; none: what its board was built with. Throws
+    /// CellRefused while the laser may come on or anything moves, and for a board that keeps none.
     void store_parameters(const std::optional<MachineConfig>& machine);
     /// Called for each sample.
     void on_telemetry(std::function<void(const link::Telemetry&)> listener) { on_telemetry_ = std::move(listener); }

@@ -31,7 +31,8 @@ StoredParameters CellClient::read_parameters() {
         stored.bytes.insert(stored.bytes.end(), data.begin(), data.end());
         if (stored.bytes.size() >= told.bytes) {
             if (crc32(stored.bytes) != told.crc) {
-                throw LinkError("the stored parameters came through damaged: report this, with the versions of both sides");
+                throw LinkError(
+                    "the stored parameters came through damaged: report this, with the versions of both sides");
             }
             return stored;
         }

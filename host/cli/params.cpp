@@ -153,7 +153,8 @@ void add_params(CLI::App& app, int& exit_code) {
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
     sub->add_flag("--reset", options->reset, "forget what is stored");
     sub->add_flag("--json", options->json, "one JSON object");
-    sub->add_option("--memory", options->link_options.memory, "what the simulated cell keeps without power")->type_name("FILE");
+    sub->add_option("--memory", options->link_options.memory, "what the simulated cell keeps without power")
+        ->type_name("FILE");
     sub->callback([options, &exit_code] { exit_code = guarded(options->json, [&] { return run(*options); }); });
 }
 

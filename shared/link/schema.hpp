@@ -24,9 +24,10 @@ template <class... Message>
 struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
-using HostMessages = MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk,
-                                 SetMap, SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag,
-                                 TelemetryRequest, BlackboxRequest, StoreParameters, ParametersRequest, SetSurface, CheckSeating, SensorsRequest>;
+using HostMessages =
+    MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk, SetMap,
+                SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag, TelemetryRequest,
+                BlackboxRequest, StoreParameters, ParametersRequest, SetSurface, CheckSeating, SensorsRequest>;
 using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position,
                                  StreamMissing, ClockReply, Telemetry, BlackboxChunk, Parameters, SensorReport>;
 

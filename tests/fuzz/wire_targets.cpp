@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <variant>
 #include <vector>
 
 #include "firmware/drives/drive_node.hpp"
@@ -11,6 +12,8 @@
 #include "firmware/link/endpoint.hpp"
 #include "firmware/recording/log_reader.hpp"
 #include "firmware/sensors/sensor_hub.hpp"
+#include "host/bridge/black_box.hpp"
+#include "host/bridge/telemetry_values.hpp"
 #include "host/bridge/wire.hpp"
 #include "shared/link/blocks.hpp"
 #include "shared/link/can_framing.hpp"
@@ -75,6 +78,9 @@ void endpoint(Bytes input) {
         answer(*end);
         end->items().clear();
         static_cast<void>(end->transmit(out));
+        if (end->telemetry_due() != 0) {
+            static_cast<void>(end->transmit(out, link::TelemetryValues{}));
+        }
     }
 }
 
@@ -117,7 +123,14 @@ void host_wire(Bytes input) {
     Said said(bytes);
     host::Wire wire(said);
     while (!said.closed()) {
-        static_cast<void>(wire.receive({}, [](const host::CellMessage& /*message*/) {}));
+        static_cast<void>(wire.receive({}, [](const host::CellMessage& message) {
+            host::BlackBoxContent content;
+            if (const auto* chunk = std::get_if<link::BlackboxChunk>(&message)) {
+                static_cast<void>(host::take_chunk(*chunk, content));
+            } else if (const auto* sample = std::get_if<link::Telemetry>(&message)) {
+                static_cast<void>(host::decode(*sample));
+            }
+        }));
     }
 }
 

@@ -21,5 +21,6 @@ sc_test(unit_basics LABEL unit
   DEPS shared_math shared_geometry shared_units)
 sc_test(unit_axis_follower LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/axis_follower_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/black_box_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/motion/error_predictor_test.cpp
   DEPS firmware_controller)

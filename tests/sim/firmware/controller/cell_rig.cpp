@@ -18,6 +18,7 @@ CellRig::CellRig(const Options& options) : options_(options) {
     cell.script = sim::parse_fault_script(options.script, "script");
     cell.baud = options.baud;
     cell.record = options.record;
+    cell.memory = options.memory;
     cell.controller = options.controller;
     cell.on_pulse = [this](const trace::PulseRecord& pulse) { pulses_.push_back(pulse); };
     cell_ = std::make_unique<sim::SimCell>(cell);

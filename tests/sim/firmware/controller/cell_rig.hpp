@@ -12,6 +12,7 @@
 
 #include "boards/sim/cell.hpp"
 #include "shared/hash/sha256.hpp"
+#include "shared/link/blackbox.hpp"
 #include "shared/link/blocks.hpp"
 #include "shared/link/map_codec.hpp"
 #include "shared/link/messages.hpp"

@@ -61,7 +61,8 @@ TEST(MachineParameters, WhatIsNoSettingIsRefusedAndChangesNothing) {
     };
     EXPECT_NE(refused("x.speed_mm=1").find("is it x.speed_mm_s?"), std::string::npos) << refused("x.speed_mm=1");
     EXPECT_NE(refused("x.speed_mm_s").find("NAME=VALUE"), std::string::npos);
-    for (const char* bad : {"x.speed_mm_s=", "x.speed_mm_s=fast", "x.speed_mm_s=4x", "x.speed_mm_s=inf", "x.speed_mm_s=1e300"}) {
+    for (const char* bad :
+         {"x.speed_mm_s=", "x.speed_mm_s=fast", "x.speed_mm_s=4x", "x.speed_mm_s=inf", "x.speed_mm_s=1e300"}) {
         EXPECT_NE(refused(bad).find("no number"), std::string::npos) << bad;
     }
     for (const char* bad : {"x.speed_mm_s=0", "x.travel_min_mm=5000", "heartbeat_timeout_ms=5", "y.home_mm=-5000"}) {
