@@ -239,6 +239,9 @@ void Controller::speak_to_source(const ServoInputs& in, ServoOutputs& out) noexc
 }
 
 Controller::Verdict Controller::arm(const ServoInputs& in) noexcept {
+    if (store_.busy()) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};  // parameters are being written
+    }
     if (!supervisor_.allowed(Event::arm) || mopa_.busy()) {
         return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
     }

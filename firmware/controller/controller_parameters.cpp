@@ -33,9 +33,9 @@ Controller::Verdict Controller::store_parameters(const link::StoreParameters& m)
     return {};
 }
 
-/// A unit a tick, and none while the laser may come on or anything moves.
+/// A unit a tick, and none while the laser may come on: it is not armed before all is written.
 void Controller::keep_parameters() noexcept {
-    switch (store_.step(geometry_may_change())) {
+    switch (store_.step(!safety::mo_state(state()))) {
         case store::ParameterStore::Progress::idle:
         case store::ParameterStore::Progress::writing: break;
         case store::ParameterStore::Progress::done: link_.reply(store_sequence_, Refusal::none, 0); break;
@@ -60,8 +60,8 @@ link::Parameters Controller::parameters(std::uint16_t offset) const noexcept {
     told.crc = stored->crc;
     const std::size_t from = std::min<std::size_t>(offset, stored->bytes.size());
     const auto run = stored->bytes.subspan(from, std::min(stored->bytes.size() - from, link::Parameters::kBytes));
-    std::ranges::copy(run, told.data.data.begin());
-    told.data.size = static_cast<std::uint8_t>(run.size());
+    std::ranges::copy(run, told.data.begin());
+    told.count = static_cast<std::uint8_t>(run.size());
     return told;
 }
 

@@ -43,7 +43,7 @@ public:
     /// Only while fitted and not busy. The bytes must stay as they are until it is done; at most kMostBytes. None: both
     /// slots are erased, and what the board was built with counts again.
     void begin(std::span<const std::uint8_t> bytes, std::uint16_t layout) noexcept;
-    /// Once a tick. `allowed` false (the laser may come on, or something moves): nothing is begun in this tick. `done`
+    /// Once a tick. `allowed` false (the laser may come on): nothing is begun in this tick. `done`
     /// or `failed` is told once.
     Progress step(bool allowed) noexcept;
 

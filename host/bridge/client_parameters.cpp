@@ -27,7 +27,7 @@ StoredParameters CellClient::read_parameters() {
         stored.in_force = told.in_force != 0;
         stored.generation = told.generation;
         stored.layout = told.layout;
-        const auto data = std::span(told.data.data).first(told.data.size);
+        const auto data = std::span(told.data).first(std::min<std::size_t>(told.count, told.data.size()));
         stored.bytes.insert(stored.bytes.end(), data.begin(), data.end());
         if (stored.bytes.size() >= told.bytes) {
             if (crc32(stored.bytes) != told.crc) {

@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 
 #include "host/bridge/client.hpp"
+#include "host/bridge/machine_parameters.hpp"
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
-#include "host/formats/machine_parameters.hpp"
 #include "shared/link/config.hpp"
 
 namespace sc::host::cli {

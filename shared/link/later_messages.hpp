@@ -243,11 +243,12 @@ struct Parameters {
     std::uint16_t bytes = 0;
     std::uint32_t crc = 0;  ///< CRC-32 of all of them
     std::uint16_t offset = 0;
-    Bytes data;
+    std::uint8_t count = 0;  ///< bytes of `data` that are some
+    std::array<std::uint8_t, kBytes> data{};
     template <class Visitor, class Self>
     static constexpr void visit(Visitor& v, Self& m) {
         v("fitted", m.fitted), v("in_force", m.in_force), v("generation", m.generation), v("layout", m.layout);
-        v("bytes", m.bytes), v("crc", m.crc), v("offset", m.offset), v("data", m.data);
+        v("bytes", m.bytes), v("crc", m.crc), v("offset", m.offset), v("count", m.count), v("data", m.data);
     }
 };
 

@@ -4,6 +4,7 @@ sc_test(sim_controller LABEL sim TIMEOUT 300
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/galvo_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/preview_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/beam_test.cpp
+          ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/parameters_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/sensors_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/source_test.cpp
           ${CMAKE_CURRENT_LIST_DIR}/firmware/controller/split_test.cpp

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 set(dir ${CMAKE_CURRENT_LIST_DIR}/host/formats)
 sc_test(host_formats_tables_test LABEL unit
-  SOURCES ${dir}/csv_test.cpp ${dir}/error_test.cpp ${dir}/file_test.cpp ${dir}/lag_plate_test.cpp ${dir}/machine_parameters_test.cpp ${dir}/plate_test.cpp ${dir}/poses_test.cpp ${dir}/table_test.cpp ${dir}/text_test.cpp
+  SOURCES ${dir}/csv_test.cpp ${dir}/error_test.cpp ${dir}/file_test.cpp ${dir}/lag_plate_test.cpp ${dir}/plate_test.cpp ${dir}/poses_test.cpp ${dir}/table_test.cpp ${dir}/text_test.cpp
     ${dir}/unit_guess_test.cpp
   DEPS host_formats)
 sc_test(host_formats_toml_test LABEL unit

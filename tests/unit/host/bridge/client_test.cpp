@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "shared/link/config.hpp"
 #include "tests/unit/host/bridge/fake_cell.hpp"
 
 namespace sc::host {
@@ -246,6 +247,24 @@ TEST(CellClient, WaitingEndsWithTheFaultOrInTime) {
     } catch (const CellFault& fault) {
         EXPECT_EQ(fault.fault, Fault::none);
     }
+}
+
+TEST(CellClient, StoresParametersAndReadsThemBack) {
+    FakeCell cell;
+    CellClient client(cell, options());
+    client.connect();
+    EXPECT_EQ(client.read_parameters().generation, 0U);
+    MachineConfig machine = reference_machine();
+    machine.settle_ns = 31'000'000;
+    client.store_parameters(machine);
+    const StoredParameters stored = client.read_parameters();
+    EXPECT_TRUE(stored.fitted);
+    EXPECT_EQ(stored.generation, 1U);
+    const auto read = link::deserialise(stored.bytes);
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->settle_ns, 31'000'000);
+    client.store_parameters(std::nullopt);
+    EXPECT_TRUE(client.read_parameters().bytes.empty());
 }
 
 TEST(CellClient, StopCheckEndsAnyWait) {

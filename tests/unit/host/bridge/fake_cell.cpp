@@ -193,6 +193,26 @@ void FakeCell::take(const link::TelemetryRequest& m) {
     answer(m.sequence, refuse_telemetry);
 }
 
+void FakeCell::take(const link::StoreParameters& m) {
+    parameters = m.bytes > 0 ? map : std::vector<std::uint8_t>{};
+    ++generation;
+    answer(m.sequence, m.bytes > 0 && m.crc != crc32(map) ? Refusal::parameters_bad : Refusal::none);
+}
+
+void FakeCell::take(const link::ParametersRequest& m) {
+    link::Parameters told;
+    told.fitted = 1;
+    told.generation = parameters.empty() ? 0 : generation;
+    told.layout = link::kConfigVersion;
+    told.bytes = static_cast<std::uint16_t>(parameters.size());
+    told.crc = parameters.empty() ? 0 : crc32(parameters);
+    told.offset = m.offset;
+    for (std::size_t i = m.offset; i < parameters.size() && told.count < told.kBytes; ++i) {
+        told.data.at(told.count++) = parameters[i];
+    }
+    say(told);
+}
+
 void FakeCell::take(const link::BlackboxRequest& m) {
     link::BlackboxChunk chunk = black_box;
     chunk.part = m.part;

@@ -85,6 +85,8 @@ public:
     std::optional<link::JobResume> resumed;
     int maps_set = 0;
     std::optional<link::TelemetryRequest> telemetry;
+    std::vector<std::uint8_t> parameters;  ///< that it keeps
+    std::uint32_t generation = 0;
     Refusal refuse_telemetry = Refusal::none;
     std::optional<Nanoseconds> clock_ahead;  ///< of the host; empty: heartbeats are not answered
     link::BlackboxChunk black_box;           ///< its head
@@ -128,6 +130,8 @@ private:
     void take(const link::SensorsRequest& m);
     void take(const link::TelemetryRequest& m);
     void take(const link::BlackboxRequest& m);
+    void take(const link::StoreParameters& m);
+    void take(const link::ParametersRequest& m);
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);

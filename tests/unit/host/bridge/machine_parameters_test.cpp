@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/formats/machine_parameters.hpp"
+#include "host/bridge/machine_parameters.hpp"
 
 #include <cmath>
 #include <set>
