@@ -21,6 +21,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell vision spot beam.png       centre of a laser spot in a picture
   scribecell monitor --once             state of a cell
   scribecell sensors                    what the distance sensors say
+  scribecell telemetry --rate 50        channels of a cell over time, as CSV
+  scribecell blackbox                   the last 10 s before a fault
   scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell protocol --decode job.pcap what passed over a link; its files for Wireshark and CAN tools
   scribecell doctor                     what is installed, connected, missing
@@ -48,6 +50,8 @@ int main(int argc, char** argv) {
         sc::host::cli::add_monitor(app, exit_code);
         sc::host::cli::add_params(app, exit_code);
         sc::host::cli::add_sensors(app, exit_code);
+        sc::host::cli::add_telemetry(app, exit_code);
+        sc::host::cli::add_blackbox(app, exit_code);
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_protocol(app, exit_code);

@@ -13,6 +13,7 @@
 #include "host/bridge/client.hpp"
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/stop.hpp"
+#include "host/cli/black_box_text.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/monitor_text.hpp"
 #include "host/cli/subcommands.hpp"
@@ -31,6 +32,7 @@ constexpr const char* kExamples = R"(Examples:
 One host at a time: a cell that is busy with another host refuses the connection.)";
 
 constexpr Nanoseconds kPeriod = std::chrono::milliseconds(200);
+constexpr Nanoseconds kClockTime = std::chrono::milliseconds(300);
 constexpr Nanoseconds kFirstLimit = std::chrono::seconds(2);
 
 struct MonitorOptions {
@@ -41,15 +43,20 @@ struct MonitorOptions {
     bool config = false;
 };
 
+std::string shown_text(const CellClient& client) {
+    return status_text(*client.status(), client.counters()) + clock_text(client.clock(), client.now());
+}
+
 void show_once(const CellClient& client, const MonitorOptions& options, const MachineConfig* machine) {
     if (options.json) {
         nlohmann::ordered_json object = status_json(*client.status(), client.counters());
+        object["clock"] = clock_json(client.clock(), client.now());
         if (machine != nullptr) {
             object["machine"] = machine_json(*machine);
         }
         std::printf("%s\n", options.once ? object.dump(2).c_str() : object.dump().c_str());
     } else {
-        std::fputs(status_text(*client.status(), client.counters()).c_str(), stdout);
+        std::fputs(shown_text(client).c_str(), stdout);
         if (machine != nullptr) {
             std::fputs(machine_text(*machine).c_str(), stdout);
         }
@@ -78,13 +85,15 @@ int run(const MonitorOptions& options) {
     }
     // A cell that has just been switched on is still looking for its drives.
     client.pump_until([&] { return client.state() != State::boot; }, kFirstLimit);
+    // Some answers to heartbeats say how its clock stands.
+    client.pump_until([] { return false; }, kClockTime);
     show_once(client, options, options.config ? &machine : nullptr);
     while (!options.once) {
         if (simulated) {
             // Its virtual time would race by.
             std::this_thread::sleep_for(kPeriod);
         }
-        const std::string shown = status_text(*client.status(), client.counters());
+        const std::string shown = shown_text(client);
         client.pump_until([] { return false; }, kPeriod);
         show_again(client, options, static_cast<std::size_t>(std::count(shown.begin(), shown.end(), '\n')));
     }

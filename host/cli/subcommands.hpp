@@ -21,6 +21,8 @@ void add_vision(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_params(CLI::App& app, int& exit_code);
 void add_sensors(CLI::App& app, int& exit_code);
+void add_telemetry(CLI::App& app, int& exit_code);
+void add_blackbox(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_protocol(CLI::App& app, int& exit_code);

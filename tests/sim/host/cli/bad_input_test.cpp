@@ -164,7 +164,8 @@ TEST(BadUsage, EndsWithTwoAndSaysSo) {
 }
 
 TEST(Help, EverySubcommandHasExamples) {
-    for (const char* name : {"scribe", "cell", "jog", "override", "monitor", "doctor", "version", "bench"}) {
+    for (const char* name :
+         {"scribe", "cell", "jog", "override", "monitor", "telemetry", "blackbox", "doctor", "version", "bench"}) {
         Program program("scribecell", {name, "--help"});
         EXPECT_EQ(program.wait(), 0);
         EXPECT_NE(program.out().find("Examples:"), std::string::npos) << name;

@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "host/bridge/client.hpp"
+#include "host/bridge/open_transport.hpp"
+#include "host/bridge/telemetry_values.hpp"
+#include "host/formats/error.hpp"
 #include "shared/link/telemetry.hpp"
 #include "tests/unit/host/bridge/fake_cell.hpp"
 
@@ -65,6 +68,51 @@ TEST(ClientTelemetry, SubscribesAndTellsWhatWouldFit) {
     } catch (const CellRefused& refused) {
         EXPECT_EQ(refused.refusal, Refusal::telemetry_over_budget);
     }
+}
+
+TEST(TelemetryValues, AreDecodedByTheTableOrNotAtAll) {
+    link::Telemetry sample;
+    sample.channels = link::telemetry_bit(link::TelemetryChannel::actual) |
+                      link::telemetry_bit(link::TelemetryChannel::queue) |
+                      link::telemetry_bit(link::TelemetryChannel::pulses);
+    ByteWriter writer(sample.values.data);
+    for (const std::int32_t place : {-100'000, 200'000, 0, 9'000'000}) {
+        writer.put(place);
+    }
+    writer.put(std::uint16_t{2048});
+    writer.put(std::uint32_t{0xFFFF'FFFF});
+    sample.values.size = static_cast<std::uint8_t>(writer.size());
+    const auto values = decode(sample);
+    ASSERT_TRUE(values.has_value());
+    ASSERT_EQ(values->size(), 6U);
+    EXPECT_EQ(column_name(values->at(0).column, values->at(0).element), "actual_x_mm");
+    EXPECT_DOUBLE_EQ(values->at(0).value(), -1.0);
+    EXPECT_EQ(column_name(values->at(3).column, values->at(3).element), "actual_c_deg");
+    EXPECT_DOUBLE_EQ(values->at(3).value(), 90.0);
+    EXPECT_DOUBLE_EQ(values->at(4).value(), 2048.0);
+    EXPECT_DOUBLE_EQ(values->at(5).value(), 4'294'967'295.0);
+    link::Telemetry cut = sample;
+    --cut.values.size;
+    EXPECT_FALSE(decode(cut).has_value());
+    cut.values.size = static_cast<std::uint8_t>(sample.values.size + 1);
+    EXPECT_FALSE(decode(cut).has_value());
+    link::Telemetry unknown = sample;
+    unknown.channels |= link::kTelemetryChannels + 1;
+    EXPECT_FALSE(decode(unknown).has_value());
+    EXPECT_EQ(read_channels("all"), link::kTelemetryChannels);
+    EXPECT_EQ(read_channels("actual,queue,pulses"), sample.channels);
+    EXPECT_THROW((void)read_channels("actual,depht"), InputError);
+    EXPECT_THROW((void)read_channels(""), InputError);
+}
+
+TEST(LineRate, FollowsFromTheUrl) {
+    EXPECT_EQ(line_bytes_per_s("serial:/dev/ttyUSB0?baud=115200", {}), 11'520U);
+    EXPECT_EQ(line_bytes_per_s("serial:/dev/ttyUSB0", {}), 0U);
+    EXPECT_EQ(line_bytes_per_s("sim:", {}), 92'160U);
+    LinkOptions slow;
+    slow.baud = 115'200;
+    EXPECT_EQ(line_bytes_per_s("sim:", slow), 11'520U);
+    EXPECT_THROW((void)line_bytes_per_s("can0", {}), InputError);
 }
 
 TEST(ClientBlackBox, IsReadWholeOverALossyLink) {
