@@ -95,6 +95,8 @@ void Controller::watch_source(const ServoInputs& in) noexcept {
 void Controller::watch_drives(const ServoInputs& in) noexcept {
     std::uint8_t following = 0;
     AxisPositions actual{};
+    // The frames of this tick, which the drives' own step would tell a tick later.
+    const unsigned told = drives_.faults_told(in.drive_rx);
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         const drives::AxisStatus& axis = drives_seen_.axis[i];
         const auto number = static_cast<std::uint8_t>(i);
@@ -107,7 +109,7 @@ void Controller::watch_drives(const ServoInputs& in) noexcept {
         }
         if (!axis.present) {
             trip(Fault::drive_lost, number, in.tick);
-        } else if (axis.fault && safety::powered_state(state())) {
+        } else if ((axis.fault || ((told >> i) & 1U) != 0) && safety::powered_state(state())) {
             trip(Fault::drive_fault, number, in.tick);
         } else if (!axis.enabled && safety::powered_state(state()) && state() != State::enabling) {
             trip(Fault::drive_fault, number, in.tick);

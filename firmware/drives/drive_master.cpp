@@ -87,6 +87,16 @@ bool DriveMaster::measured(std::int64_t tick, std::span<const DriveFrame> receiv
     return seen == (1U << kAxisCount) - 1U && newest >= 0;
 }
 
+std::uint8_t DriveMaster::faults_told(std::span<const DriveFrame> received) const noexcept {
+    unsigned told = 0;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        for (const DriveFrame& frame : received) {
+            told |= nodes_[axis].present() && nodes_[axis].tells_fault(frame) ? 1U << axis : 0U;
+        }
+    }
+    return static_cast<std::uint8_t>(told);
+}
+
 NodeRequest DriveMaster::node_request(std::size_t axis, const Request& request) const noexcept {
     return {.power = request.power,
             .home = wants_home(request, axis),

@@ -69,6 +69,10 @@ public:
     [[nodiscard]] bool measured(std::int64_t tick, std::span<const DriveFrame> received, AxisPositions& place,
                                 std::int64_t& t_tick) const noexcept;
 
+    /// Bits by Axis: drives of which a frame of this tick tells a fault (status word or EMCY). A look ahead of `step`,
+    /// whose outcome is used a tick later; of drives that are not present it says nothing.
+    [[nodiscard]] std::uint8_t faults_told(std::span<const DriveFrame> received) const noexcept;
+
     /// Control tick. `out` receives frames to send (appended to `drive_tx_size`); SYNC goes out every
     /// `drive_cycle_ticks`, targets just before it. When a drive is enabled, its target is first preset to its actual
     /// position: the caller reads `Outcome::axis[].actual` and must start its set-points there when `follows` comes.

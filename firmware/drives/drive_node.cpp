@@ -12,6 +12,10 @@ constexpr std::int64_t kStartTicks = 100;  ///< from NMT start to the first stat
 constexpr std::int64_t kStatusCycles = 5;  ///< missed in a row: the drive is lost
 constexpr std::uint8_t kResetCycles = 25;  ///< how long a fault reset is tried
 
+bool is_fault(PowerState power) noexcept {
+    return power == PowerState::fault || power == PowerState::fault_reaction_active;
+}
+
 }  // namespace
 
 DriveNode::DriveNode(const MachineConfig& machine, std::size_t axis) noexcept : setup_(machine, axis) {
@@ -244,8 +248,18 @@ bool DriveNode::enabled() const noexcept {
     return in_operation && (homing_.active() || (statusword_ & axis402::kBit12) != 0);
 }
 
-bool DriveNode::fault() const noexcept {
-    return power_ == PowerState::fault || power_ == PowerState::fault_reaction_active;
+bool DriveNode::fault() const noexcept { return is_fault(power_); }
+
+bool DriveNode::tells_fault(const DriveFrame& frame) const noexcept {
+    if (frame.id == canopen::kTpdo1Base + node_) {
+        const auto status = canopen::read_tpdo1(frame);
+        return status && is_fault(axis402::decode(status->statusword));
+    }
+    if (frame.id == canopen::kEmcyBase + node_) {
+        const auto emergency = canopen::read_emergency(frame);
+        return emergency && emergency->error_code != 0;
+    }
+    return false;
 }
 
 std::optional<std::int64_t> DriveNode::measured(const DriveFrame& frame) const noexcept {

@@ -53,6 +53,8 @@ public:
     [[nodiscard]] std::int64_t actual() const noexcept;
     /// The place in an answer of this node to a SYNC, pm / ndeg; of any other frame none.
     [[nodiscard]] std::optional<std::int64_t> measured(const DriveFrame& frame) const noexcept;
+    /// This frame of any node tells that this one is in a fault: a statusword that says so, or an EMCY with a code.
+    [[nodiscard]] bool tells_fault(const DriveFrame& frame) const noexcept;
 
 private:
     /// resetting: reset is sent, the boot-up message is awaited. setup: SDOs. starting: NMT start is sent, the first

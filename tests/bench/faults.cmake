@@ -8,7 +8,7 @@ if(SC_SIM)
   set(sc_faults "${CMAKE_CURRENT_LIST_DIR}/faults")
 
   add_library(fault_campaign OBJECT ${sc_faults}/main.cpp ${sc_faults}/campaign.cpp ${sc_faults}/fault_oracle.cpp
-    ${sc_faults}/faulty_cell.cpp ${sc_faults}/bench_board.cpp
+    ${sc_faults}/faulty_cell.cpp ${sc_faults}/bench_board.cpp ${sc_faults}/once_each.cpp ${sc_faults}/reactions.cpp
     "${PROJECT_SOURCE_DIR}/tests/sim/firmware/controller/cell_rig.cpp")
   target_include_directories(fault_campaign PUBLIC "${PROJECT_BINARY_DIR}/include/tests")
   target_compile_definitions(fault_campaign PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
@@ -23,7 +23,8 @@ if(SC_SIM)
   # The same with copies of the firmware's sources whose rules can be taken out. Only this program has them.
   set(copies "${PROJECT_BINARY_DIR}/fault_mutants")
   set(sources firmware/safety/frame_guard.cpp firmware/safety/supervisor.cpp firmware/controller/controller.cpp
-    firmware/controller/controller_watch.cpp boards/sim/plant/cell_plant.cpp)
+    firmware/controller/controller_watch.cpp firmware/controller/job_runner.cpp firmware/link/job_stream.cpp
+    boards/sim/plant/cell_plant.cpp)
   list(TRANSFORM sources PREPEND "${copies}/" OUTPUT_VARIABLE mutated)
   list(TRANSFORM sources PREPEND "${PROJECT_SOURCE_DIR}/" OUTPUT_VARIABLE originals)
   add_custom_command(OUTPUT ${mutated} "${copies}/mutants.cpp"
@@ -41,7 +42,8 @@ if(SC_SIM)
     RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
   # The short campaign, and a rule that is missed; `scribecell bench faults` runs all of both.
   if(NOT SC_SANITIZE)
-    add_test(NAME sim.faults_brief COMMAND scribecell-fault-bench --brief --strict)
+    add_test(NAME sim.faults_brief COMMAND scribecell-fault-bench --brief --strict --check-page
+      "${PROJECT_SOURCE_DIR}/docs/hazards.md")
     add_test(NAME sim.faults_find_a_missing_rule COMMAND scribecell-fault-mutants --mutants --only 41 --brief --strict)
     set_tests_properties(sim.faults_brief sim.faults_find_a_missing_rule PROPERTIES LABELS sim TIMEOUT 300)
   endif()

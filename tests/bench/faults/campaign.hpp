@@ -67,6 +67,7 @@ private:
     void at(const std::string& phase);
     void run_job(link::Verb verb, State done, bool visited);
     void to_moment(link::Verb verb, const std::string& phase);
+    void judge_resumed(std::size_t from);
     void stop_at(const std::string& phase, const std::string& label);
     void hand_over(const std::string& fault, const std::string& phase);
     Row suffer(Row row);

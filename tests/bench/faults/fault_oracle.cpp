@@ -83,9 +83,9 @@ constexpr std::array kRules{
     Rule{"key_off", Path::guard, Seen::lit, {19}},
     Rule{"key_setup", Path::guard, Seen::lit, {19}},
     Rule{"key_blip", Path::guard, Seen::own, {19}},
-    // Told by the next status word: a drive cycle, then the tick path and its tick.
-    Rule{"drive_fault_x", Path::slow, Seen::powered, {5}, 4'010'000, false},
-    Rule{"drive_fault_c", Path::slow, Seen::powered, {5}, 4'010'000, false},
+    // Told at once by its EMCY.
+    Rule{"drive_fault_x", Path::tick, Seen::powered, {5}, 0, false},
+    Rule{"drive_fault_c", Path::tick, Seen::powered, {5}, 0, false},
     // Two drive cycles without an answer, and the cycle that it came in.
     Rule{"drive_silent_y", Path::slow, Seen::always, {6}, 9'000'000, false},
     Rule{"bus_off", Path::slow, Seen::always, {6}, 9'000'000, false},
@@ -376,6 +376,7 @@ private:
     void watch_latch() {
         const bool was = fault_.state == "fault";
         bool latched = was;
+        int first = 0;
         for (const StateSample& sample : trace_.states) {
             if (sample.t_ns < fault_.fault_ns) {
                 continue;
@@ -387,6 +388,11 @@ private:
                                 std::to_string(rule_->codes[0]),
                             sample.t_ns);
                 }
+                if (first != 0 && sample.first_fault != first && !reset) {
+                    violate("the first fault is forgotten for " + std::to_string(sample.first_fault), sample.t_ns);
+                    return;
+                }
+                first = sample.first_fault;
                 latched = true;
             } else if (latched && !reset) {
                 violate("left the fault for " + std::string(sample.state), sample.t_ns);

@@ -24,6 +24,7 @@ FaultyCell::FaultyCell() {
         board_ = board.get();
         return board;
     };
+    options.troubled_stream = true;
     rig_ = std::make_unique<test::CellRig>(options);
     rig_->cell().plant().watch_pins([this](std::int64_t t_ns, sim::Pin pin, bool level) {
         const auto line = static_cast<Line>(pin);

@@ -12,6 +12,8 @@ SUPERVISOR = "firmware/safety/supervisor.cpp"
 CONTROLLER = "firmware/controller/controller.cpp"
 WATCH = "firmware/controller/controller_watch.cpp"
 PLANT = "boards/sim/plant/cell_plant.cpp"
+STREAM = "firmware/link/job_stream.cpp"
+RUNNER = "firmware/controller/job_runner.cpp"
 
 
 def guard(cause, condition):
@@ -76,9 +78,22 @@ MUTANTS = [
       (WATCH, "drives_seen_.actual_fresh ? suspicion_.fault : Fault::drive_lost",
        "drives_seen_.actual_fresh || (@) ? suspicion_.fault : Fault::drive_lost")]),
     ("tick: a drive in its fault trips",
-     [(WATCH, "axis.fault && safety::powered_state(state())) {", "axis.fault && safety::powered_state(state()) && !(@)) {"),
+     [(WATCH, "        } else if ((axis.fault ||", "        } else if (!(@) && (axis.fault ||"),
       (WATCH, "state() != State::enabling) {\n            trip(Fault::drive_fault",
        "state() != State::enabling && !(@)) {\n            trip(Fault::drive_fault")]),
+    ("tick: a drive's fault counts in the tick that its frame comes in",
+     [(WATCH, "((told >> i) & 1U) != 0)", "(((told >> i) & 1U) != 0 && !(@)))")]),
+    ("tick: a fault stops the axes", [(WATCH, "    if (moving) {\n", "    if (moving && !(@)) {\n")]),
+    ("tick: a silent host disarms",
+     [(WATCH, "        case State::armed: (void)supervisor_.post(Event::disarm); break;",
+       "        case State::armed: (void)((@) || supervisor_.post(Event::disarm)); break;")]),
+    ("tick: a silent host ends homing and jogging",
+     [(WATCH, "            runner_.request_stop();\n            (void)supervisor_.post(Event::stop);",
+       "            if (!(@)) {\n                runner_.request_stop();\n                (void)supervisor_.post(Event::stop);\n            }")]),
+    ("tick: a silent host ends a preview",
+     [(WATCH, "            runner_.request_stop();\n            (void)supervisor_.post(Event::link_silent);",
+       "            if (!(@)) {\n                runner_.request_stop();\n"
+       "                (void)supervisor_.post(Event::link_silent);\n            }")]),
     ("tick: axes are compared with their set-points",
      [(WATCH, "if (finding && !suspicion_) {", "if (finding && !suspicion_ && !(@)) {")]),
     ("tick: a suspicion ends in a fault",
@@ -123,6 +138,27 @@ MUTANTS = [
      [(SUPERVISOR, "    state_ = next.state;\n    faults_ = 0;", "    state_ = (@) ? State::armed : next.state;\n    faults_ = 0;")]),
     ("a fault is left only when the host asks for it",
      [(WATCH, "    if (!reset_wanted_) {", "    if (!reset_wanted_ && !((@) && state() == State::fault)) {")]),
+    ("supervisor: what has no row is refused",
+     [(SUPERVISOR, "    return next.allowed;\n", "    return next.allowed || (@);\n")]),
+    ("supervisor: the first fault stays the first",
+     [(SUPERVISOR, "    if (faults_ == 0) {\n", "    if (faults_ == 0 || (@)) {\n")]),
+    ("supervisor: each fault has its bit",
+     [(SUPERVISOR, "    faults_ |= fault_bit(fault);", "    faults_ |= (@) ? 0 : fault_bit(fault);")]),
+    ("supervisor: a reset forgets the faults",
+     [(SUPERVISOR, "    first_fault_ = {};\n    return", "    faults_ = (@) ? still_present | fault_bit(first_fault_.fault) : 0;\n    first_fault_ = {};\n    return")]),
+    ("stream: an item is taken once, by its number",
+     [(STREAM, "    if (rules_.checks_index && known(block)) {", "    if (!(@) && rules_.checks_index && known(block)) {"),
+      (STREAM, "        if (!rules_.checks_index || next.end() > received_", "        if ((@) || !rules_.checks_index || next.end() > received_"),
+      (STREAM, "    if (rules_.checks_index && reading_item_ < received_) {", "    if (!(@) && rules_.checks_index && reading_item_ < received_) {")]),
+    ("stream: blocks of another job are not taken",
+     [(STREAM, "    if (!open_ || block.job_low != job_low()) {", "    if (!open_ || (block.job_low != job_low() && !(@))) {")]),
+    ("stream: the job's hash must come out",
+     [(STREAM, "    hash_ok_ = hasher_.value() == job_;", "    hash_ok_ = hasher_.value() == job_ || (@);")]),
+    ("resume: back to before the next pulse",
+     [(RUNNER, "motion_.request_resume(next_distance());", "motion_.request_resume(next_distance() + ((@) ? 5e-3 : 0.0));")]),
+    ("resume: none by itself after a hold",
+     [(CONTROLLER, "            if (stop_reason_ == Event::starved && runner_.can_continue()",
+       "            if (((@) || stop_reason_ == Event::starved) && runner_.can_continue()")]),
 ]
 
 
@@ -139,7 +175,7 @@ def main():
             if texts[file].count(before) != 1:
                 sys.exit(f"mutate: {file}: the rule '{rule}' overlaps another one at {before!r}")
             texts[file] = texts[file].replace(before, after.replace("@", f"sc::faults::taken_out({number})"))
-    for file in (GUARD, SUPERVISOR, CONTROLLER, WATCH, PLANT):
+    for file in (GUARD, SUPERVISOR, CONTROLLER, WATCH, PLANT, STREAM, RUNNER):
         copy = copies / file
         copy.parent.mkdir(parents=True, exist_ok=True)
         # What asks for a rule is no constant.

@@ -84,6 +84,13 @@ void CellRig::pump() {
             throw std::runtime_error("block holds nothing");
         }
         sent_ += block.count;
+        if (options_.troubled_stream) {
+            link::Block foreign = block;
+            foreign.job_low ^= 1U;
+            foreign.items.data.at(foreign.items.size / 2) ^= 1U;
+            send(foreign);
+            send(block);
+        }
         send(block);
     }
 }
@@ -282,9 +289,9 @@ void CellRig::make_ready() {
     }
 }
 
-link::CommandReply CellRig::open_job(std::vector<Item> items) {
+link::CommandReply CellRig::open_job(std::vector<Item> items, std::uint64_t flip) {
     items_ = std::move(items);
-    job_ = job_hash(items_);
+    job_ = job_hash(items_) ^ flip;
     sent_ = 0;
     refused_.reset();
     link::JobOpen open;

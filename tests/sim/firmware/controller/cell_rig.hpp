@@ -36,6 +36,7 @@ public:
         std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
         MachineConfig machine = reference_machine();
         sim::MakeController controller = sim::make_local_controller;
+        bool troubled_stream = false;  ///< each block comes twice, and before it a spoilt one of another job
     };
     CellRig() : CellRig(Options{}) {}
     explicit CellRig(const Options& options);
@@ -77,7 +78,8 @@ public:
     const std::vector<link::Telemetry>& telemetry() const { return telemetry_; }
     const std::vector<link::ClockReply>& clock_replies() const { return clock_replies_; }
     link::BlackboxChunk black_box(link::BlackboxPart part, std::uint32_t first);
-    link::CommandReply open_job(std::vector<Item> items);
+    /// `flip`: bits of the job's hash that are told wrongly.
+    link::CommandReply open_job(std::vector<Item> items, std::uint64_t flip = 0);
     /// Items below this number may be sent (all by default).
     void limit_items(std::uint32_t items) { limit_ = items; }
     /// False stops heartbeats and everything else from the host.

@@ -380,6 +380,29 @@ TEST_F(DriveNodeTest, EmergencyIsKeptWhenTheErrorIsGone) {
     EXPECT_EQ(node.error_code(), 0x8611);
 }
 
+TEST_F(DriveNodeTest, AFaultIsToldByTheFrameItself) {
+    boot();
+    DriveFrame emergency;
+    emergency.id = 0x081;
+    emergency.size = 8;
+    emergency.data = {0x11, 0x86};
+    EXPECT_TRUE(node.tells_fault(emergency));
+    emergency.id = 0x082;  // another drive's
+    EXPECT_FALSE(node.tells_fault(emergency));
+    emergency.id = 0x081;
+    emergency.data = {};  // the error is gone
+    EXPECT_FALSE(node.tells_fault(emergency));
+    DriveFrame status;
+    status.id = 0x181;
+    status.size = 6;
+    for (const unsigned word : {0x0008U, 0x000FU, 0x1218U, 0x0037U, 0x0250U, 0x0031U, 0x0007U}) {
+        status.data = {static_cast<std::uint8_t>(word & 0xFFU), static_cast<std::uint8_t>(word >> 8U)};
+        const bool fault = (word & 0x4FU) == 0x08U || (word & 0x4FU) == 0x0FU;
+        EXPECT_EQ(node.tells_fault(status), fault) << word;
+    }
+    EXPECT_FALSE(node.fault()) << "looking at frames must change nothing";
+}
+
 TEST_F(DriveNodeTest, SilentHeartbeatLosesTheDrive) {
     boot();
     // The last heartbeat came two ticks ago.
