@@ -44,6 +44,9 @@ constexpr const char* kExamples = R"(Examples:
       readings a second on the sensor buses, beside what the lines can carry
   scribecell bench measure
       the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
+  scribecell bench calibration
+      hand-eye, rigid transforms and turntable axes, 1000 sets each, against the truth, the least error that is possible
+      and OpenCV
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -56,6 +59,7 @@ constexpr std::array kBenches{
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
     Bench{"measure", "the triple-laser head against the true angle", bench_measure},
+    Bench{"calibration", "hand-eye, rigid transforms and turntable axes against truth and bound", bench_calibration},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
     Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},
@@ -188,6 +192,9 @@ void add_bench(CLI::App& app, int& exit_code) {
            "--raw", [&raw = words->options.raw](const std::string& folder) { raw = folder; },
            "folder for the trials as CSV")
         ->type_name("DIR");
+    sub->add_option("--sets", words->options.sets, "calibration: sets of each kind")
+        ->check(CLI::Range(10, 9999))
+        ->capture_default_str();
     sub->add_option("--input", words->motion.input, "motion: a polyline as CSV")->type_name("FILE");
     sub->add_option("--limits", words->motion.limits, "motion: speed, acceleration, jerk in mm and s")
         ->type_name("V,A,J");

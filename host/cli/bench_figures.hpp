@@ -19,6 +19,7 @@ struct Figure {
 struct BenchOptions {
     std::uint64_t seed = 1;
     std::optional<std::filesystem::path> raw;  ///< folder for the CSV of all trials
+    int sets = 1000;                           ///< of each kind: calibration alone
 };
 
 /// A benchmark by name. It throws what its work throws.
@@ -68,6 +69,13 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// at other angles, 100 seeds each at seven angles. Figures: tests/bench/asked.toml. `raw`: all files but the pictures,
 /// and angles.csv, a row a measurement.
 [[nodiscard]] std::vector<Figure> bench_measure(const BenchOptions& options);
+
+/// Hand-eye, rigid transforms and turntable axes on files that scribecell-rig makes, `sets` of each kind, against the
+/// truth and the Cramér-Rao bound that came with it, and against OpenCV by the program scribecell-hand-eye-peer (its
+/// figure is left out, and that said on stderr, where calib3d was not there). *_half_interval is half of the 95 %
+/// confidence interval of the figure before it. Figures: tests/bench/asked.toml. `raw`: all files, errors.csv and
+/// figures.csv.
+[[nodiscard]] std::vector<Figure> bench_calibration(const BenchOptions& options);
 
 /// The main job over 20 castings, the worst of each: burnt_95_um, burnt_max_um (each pulse from its true datum plane),
 /// missed_pulses, limit_violations, least_burnt_mm; and plain_max_um, without the care that BeamReach takes (5 of

@@ -13,6 +13,12 @@ constexpr const char* kExamples = R"(Examples:
       field correction of the galvo, from crosses burnt in the simulated cell
   scribecell calibrate galvo-lag --out lag1
       how the mirrors follow: latency, natural frequency and damping, from lines burnt in the simulated cell
+  scribecell calibrate hand-eye --robot-poses robot.csv --target clouds.csv
+      where the 3-D sensor sits on the robot, from views of a fixed target
+  scribecell calibrate rigid --from c.csv --to h.csv --name h_from_c
+      the transform between two frames, from markers measured in both
+  scribecell calibrate axis --poses markers.csv
+      the axis of a turntable, from markers or poses at known angles
   scribecell calibrate parallelism stand.toml --out head.toml
       beams of the triple-laser head, from pictures of its spots at three heights or more
   scribecell calibrate reference --readings r.csv --known known.csv --calibration head.toml --out head2.toml
@@ -30,6 +36,9 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_axes(*calibrate, exit_code);
     add_calibrate_galvo_field(*calibrate, exit_code);
     add_calibrate_galvo_lag(*calibrate, exit_code);
+    add_calibrate_hand_eye(*calibrate, exit_code);
+    add_calibrate_rigid(*calibrate, exit_code);
+    add_calibrate_axis(*calibrate, exit_code);
     add_calibrate_triple(*calibrate, exit_code);
 }
 

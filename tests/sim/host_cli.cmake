@@ -48,6 +48,13 @@ if(SC_HOST AND SC_SIM)
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   add_dependencies(sim_calibrate_test scribecell-plate-camera scribecell-field-truth)
+  sc_test(sim_calibrate_places_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_places_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  add_dependencies(sim_calibrate_places_test scribecell-rig)
+  if(TARGET scribecell-hand-eye-peer)
+    add_dependencies(sim_calibrate_places_test scribecell-hand-eye-peer)
+  endif()
   sc_test(sim_measure_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/measure_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
@@ -59,7 +66,7 @@ if(SC_HOST AND SC_SIM)
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/inspect_browser_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   add_dependencies(sim_casting_test scribecell-scanner)
-  foreach(test sim_casting_test sim_measure_test sim_inspect_test sim_inspect_browser_test sim_axis_map_test sim_free_path_test
+  foreach(test sim_calibrate_places_test sim_casting_test sim_measure_test sim_inspect_test sim_inspect_browser_test sim_axis_map_test sim_free_path_test
       sim_bad_input_test sim_calibrate_test sim_check_test sim_scribe_test sim_preview_test sim_source_test
       sim_scribe_fault_test sim_params_test sim_surface_test sim_resume_test sim_replay_command_test sim_telemetry_command_test)
     add_dependencies(${test} scribecell scribecell-cell scribecell-replay)

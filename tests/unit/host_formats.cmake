@@ -13,6 +13,7 @@ sc_test(host_formats_binary_test LABEL unit
   DEPS host_formats SQLite::SQLite3)
 sc_test(host_calibration_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/calibration/galvo_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/hand_eye_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/lag_fit_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/transforms_test.cpp
   DEPS host_calibration)
