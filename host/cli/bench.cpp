@@ -44,6 +44,8 @@ constexpr const char* kExamples = R"(Examples:
       readings a second on the sensor buses, beside what the lines can carry
   scribecell bench measure
       the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
+  scribecell bench centres
+      circular markers: centres against the truth of rendered pictures, perspective taken out
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -56,6 +58,7 @@ constexpr std::array kBenches{
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
     Bench{"measure", "the triple-laser head against the true angle", bench_measure},
+    Bench{"centres", "centres of circular markers in rendered pictures", bench_centres},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
     Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},
