@@ -47,6 +47,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell bench calibration
       hand-eye, rigid transforms and turntable axes, 1000 sets each, against the truth, the least error that is possible
       and OpenCV
+  scribecell bench centres
+      circular markers: centres against the truth of rendered pictures, perspective taken out
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -60,6 +62,7 @@ constexpr std::array kBenches{
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
     Bench{"measure", "the triple-laser head against the true angle", bench_measure},
     Bench{"calibration", "hand-eye, rigid transforms and turntable axes against truth and bound", bench_calibration},
+    Bench{"centres", "centres of circular markers in rendered pictures", bench_centres},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
     Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},

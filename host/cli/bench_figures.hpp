@@ -76,6 +76,12 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// confidence interval of the figure before it. Figures: tests/bench/asked.toml. `raw`: all files, errors.csv and
 /// figures.csv.
 [[nodiscard]] std::vector<Figure> bench_calibration(const BenchOptions& options);
+/// Circular markers on pictures that scribecell-circles renders. Figures: centre_total_mpx (rms of a coordinate of the
+/// ellipse's middle, semi-axes 20 and 14 px), centre_bias_mpx (what 50 pictures of a scene have in common, rms over 24
+/// scenes), centre_error_over_sigma (rms over the stated 1 sigma), perspective_residue_um (rms of a coordinate of the
+/// circle's middle at 45°, radius 5 mm, the plane told by five markers alone), and the same without smoothing, weights
+/// and correction. `raw`: pictures, truth, and centres.csv, a row a picture.
+[[nodiscard]] std::vector<Figure> bench_centres(const BenchOptions& options);
 
 /// The main job over 20 castings, the worst of each: burnt_95_um, burnt_max_um (each pulse from its true datum plane),
 /// missed_pulses, limit_violations, least_burnt_mm; and plain_max_um, without the care that BeamReach takes (5 of

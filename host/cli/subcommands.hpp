@@ -18,6 +18,7 @@ void add_override(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_measure(CLI::App& app, int& exit_code);
 void add_vision(CLI::App& app, int& exit_code);
+void add_vision_markers(CLI::App& vision, int& exit_code);  ///< below `vision`
 void add_monitor(CLI::App& app, int& exit_code);
 void add_params(CLI::App& app, int& exit_code);
 void add_sensors(CLI::App& app, int& exit_code);

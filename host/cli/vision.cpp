@@ -24,6 +24,8 @@ constexpr const char* kExamples = R"(Examples:
       centre and radius of the laser spot in a picture (PNG, JPEG, PGM; 8 or 16 bits)
   scribecell vision spot plate_*_spot_*.pgm --json
       one JSON object: for each picture centre, radius and quality, or why it was refused
+  scribecell vision markers target.png --svg overlay.svg
+      centres of circular markers
 
 Pixels: (0, 0) is the middle of the first pixel, y down.
 Exit codes: 0 every picture has a centre; 1 one was refused; 2 bad input or usage.)";
@@ -97,6 +99,7 @@ void add_vision(CLI::App& app, int& exit_code) {
     sub->add_option("images", words->images, "pictures")->required()->type_name("IMAGE...");
     sub->add_flag("--json", words->json, "one JSON object on stdout");
     sub->callback([words, &exit_code] { exit_code = guarded(words->json, [&words] { return run(*words); }); });
+    add_vision_markers(*vision, exit_code);
 }
 
 }  // namespace sc::host::cli

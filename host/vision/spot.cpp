@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include <opencv2/imgproc.hpp>
 
 #include "host/formats/text.hpp"
+#include "host/vision/light.hpp"
 #include "host/vision/spot_outline.hpp"
 #include "host/vision/spot_surface.hpp"
 
@@ -32,30 +32,6 @@ constexpr double kDotSizes = 0.5;       ///< a dot's area is within this of the 
 
 std::unexpected<SpotRefusal> refuse(SpotProblem problem, std::string text) {
     return std::unexpected(SpotRefusal{problem, std::move(text)});
-}
-
-/// 0 to 1.
-cv::Mat light_of(const GreyImage& image) {
-    cv::Mat out(image.height, image.width, CV_32F);
-    const float scale = 1.0F / static_cast<float>(image.full_scale);
-    for (int row = 0; row < image.height; ++row) {
-        for (int column = 0; column < image.width; ++column) {
-            out.at<float>(row, column) = scale * static_cast<float>(image.at(column, row));
-        }
-    }
-    return out;
-}
-
-/// Noise of a pixel from neighbours' differences, by their median: edges do not count.
-double noise_of(const cv::Mat& light) {
-    std::vector<float> steps;
-    for (int row = 0; row < light.rows; row += 2) {
-        for (int column = 0; column + 1 < light.cols; column += 2) {
-            steps.push_back(std::abs(light.at<float>(row, column + 1) - light.at<float>(row, column)));
-        }
-    }
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-    return kMadToSigma * static_cast<double>(steps[steps.size() / 2]) / std::numbers::sqrt2;
 }
 
 /// The picture less the plane through its background, which bright and dark spots hardly move.

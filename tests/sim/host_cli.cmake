@@ -59,6 +59,10 @@ if(SC_HOST AND SC_SIM)
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/measure_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   add_dependencies(sim_measure_test scribecell-station)
+  sc_test(sim_markers_test LABEL sim TIMEOUT 120
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/markers_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  add_dependencies(sim_markers_test scribecell scribecell-circles)
   sc_test(sim_casting_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/casting_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
