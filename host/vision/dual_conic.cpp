@@ -15,11 +15,11 @@ using Matrix5 = cv::Matx<double, 5, 5>;
 
 constexpr int kRounds = 14;
 constexpr int kWideRounds = 2;
-constexpr double kReachPx = 4.0;    ///< of gradients from the edge, for a smoothing of 1 px
+constexpr double kReachPx = 6.0;    ///< of gradients from the edge, for a smoothing of 1 px
 constexpr double kWideShare = 0.2;  ///< of the minor semi-axis, in the first rounds
 constexpr double kMostReachShare = 0.8;
 constexpr double kLeastStrength = 0.3;  ///< of a sector's edge, of the median's
-constexpr double kLeastOutlierPx = 0.25;
+constexpr double kLeastOutlierPx = 0.5;
 constexpr double kOutlier = 2.0;
 constexpr double kMadToSigma = 1.4826;
 constexpr double kSectorPx = 4.0;
@@ -208,7 +208,8 @@ private:
         std::vector<double> sum(sectors_.size(), 0.0);
         std::vector<double> weight(sectors_.size(), 0.0);
         std::vector<double> most(sectors_.size(), 0.0);
-        const double wide = std::min(std::max(kReachPx, kWideShare * ellipse_.minor), kMostReachShare * ellipse_.minor);
+        const double wide =
+            std::min(std::max(kSectorPx, kWideShare * ellipse_.minor), kMostReachShare * ellipse_.minor);
         const EllipseShape shape = shape_of(ellipse_);
         const double determinant = shape[0] * shape[2] - shape[1] * shape[1];
         const cv::Rect box = window();
