@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- scribecell's link 1.1 for Wireshark and tshark. Made by `scribecell protocol --write`; see docs/protocol.md.
+-- scribecell's link 1.2 for Wireshark and tshark. Made by `scribecell protocol --write`; see docs/protocol.md.
 -- tshark -X lua_script:scribecell.lua -r CAPTURE.pcap -V
 
 local CAN_TO_HOST = 0x100 -- identifier of frames
@@ -16,6 +16,7 @@ local HANDSHAKE_CRC = 0x64ca1c23 -- CRC-32 of the data id of these two
 
 -- CRC-32 of each minor version's schema hash, which goes before the message.
 local versions = {
+    { minor = 2, crc = 0xea785bf2 }, -- schema 0x0eb085b5844e0bc5
     { minor = 1, crc = 0x311ee865 }, -- schema 0xbfd3e071dc893732
     { minor = 0, crc = 0x8746cc85 }, -- schema 0x51d71a83279a0873
 }
@@ -100,6 +101,25 @@ local messages = {
         { name = "latency_ns", type = "u32", count = 1 },
         { name = "natural_frequency_hz", type = "f64", count = 1 },
         { name = "damping", type = "f64", count = 1 },
+    } },
+    [15] = { name = "telemetry_request", to_controller = true, fields = {
+        { name = "sequence", type = "u32", count = 1 },
+        { name = "channels", type = "u32", count = 1 },
+        { name = "period_ticks", type = "u16", count = 4 },
+        { name = "line_bytes_per_s", type = "u32", count = 1 },
+    } },
+    [16] = { name = "blackbox_request", to_controller = true, fields = {
+        { name = "part", type = "u8", count = 1 },
+        { name = "first", type = "u32", count = 1 },
+    } },
+    [18] = { name = "store_parameters", to_controller = true, fields = {
+        { name = "sequence", type = "u32", count = 1 },
+        { name = "layout", type = "u16", count = 1 },
+        { name = "bytes", type = "u16", count = 1 },
+        { name = "crc", type = "u32", count = 1 },
+    } },
+    [19] = { name = "parameters_request", to_controller = true, fields = {
+        { name = "offset", type = "u16", count = 1 },
     } },
     [20] = { name = "set_surface", to_controller = true, fields = {
         { name = "sequence", type = "u32", count = 1 },
@@ -194,6 +214,41 @@ local messages = {
         { name = "count", type = "u8", count = 1 },
         { name = "from", type = "u32", count = 4 },
         { name = "until", type = "u32", count = 4 },
+    } },
+    [72] = { name = "clock_reply", to_controller = false, fields = {
+        { name = "host_time_us", type = "u64", count = 1 },
+        { name = "received_us", type = "u64", count = 1 },
+        { name = "sent_us", type = "u64", count = 1 },
+    } },
+    [73] = { name = "telemetry", to_controller = false, fields = {
+        { name = "channels", type = "u32", count = 1 },
+        { name = "cell_time_us", type = "u64", count = 1 },
+        { name = "skipped", type = "u16", count = 1 },
+        { name = "values", type = "bytes", count = 1 },
+    } },
+    [74] = { name = "blackbox_chunk", to_controller = false, fields = {
+        { name = "part", type = "u8", count = 1 },
+        { name = "first", type = "u32", count = 1 },
+        { name = "begin", type = "u32", count = 1 },
+        { name = "end", type = "u32", count = 1 },
+        { name = "frozen", type = "u8", count = 1 },
+        { name = "fault", type = "u8", count = 1 },
+        { name = "axis", type = "u8", count = 1 },
+        { name = "newest_us", type = "u64", count = 1 },
+        { name = "period_ns", type = "u32", count = 1 },
+        { name = "count", type = "u8", count = 1 },
+        { name = "records", type = "u8", count = 210 },
+    } },
+    [79] = { name = "parameters", to_controller = false, fields = {
+        { name = "fitted", type = "u8", count = 1 },
+        { name = "in_force", type = "u8", count = 1 },
+        { name = "generation", type = "u32", count = 1 },
+        { name = "layout", type = "u16", count = 1 },
+        { name = "bytes", type = "u16", count = 1 },
+        { name = "crc", type = "u32", count = 1 },
+        { name = "offset", type = "u16", count = 1 },
+        { name = "count", type = "u8", count = 1 },
+        { name = "data", type = "u8", count = 200 },
     } },
     [80] = { name = "sensor_report", to_controller = false, fields = {
         { name = "cell_time_us", type = "u64", count = 1 },

@@ -2,8 +2,11 @@
 #include "host/vision/dual_conic.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <opencv2/imgproc.hpp>
 
@@ -23,6 +26,8 @@ constexpr double kLeastOutlierPx = 0.5;
 constexpr double kOutlier = 2.0;
 constexpr double kMadToSigma = 1.4826;
 constexpr double kSectorPx = 4.0;
+constexpr double kSlopeRing = 12.0;  ///< px outside the edge in which the light's slope is looked for
+constexpr std::size_t kLeastSlopePixels = 100;
 constexpr double kTiny = 1e-12;
 
 /// Lines of a window round an ellipse, in coordinates about its centre in units of `scale`.
@@ -62,6 +67,9 @@ public:
         for (int round = 0; round < kRounds; ++round) {
             reach_ = round < kWideRounds ? std::max(kReachPx, kWideShare * ellipse_.minor) : kReachPx;
             reach_ = std::min(reach_, kMostReachShare * ellipse_.minor);
+            if (round == kWideRounds) {
+                find_slope();
+            }
             if (!solve()) {
                 return false;
             }
@@ -83,8 +91,7 @@ public:
             }
         }
         each_pixel([&](int column, int row, double weight, const cv::Vec2d& at) {
-            const double gx = static_cast<double>(gradients_.x.at<float>(row, column));
-            const double gy = static_cast<double>(gradients_.y.at<float>(row, column));
+            const auto [gx, gy] = gradient(column, row);
             const double step = 1e-4 * std::max(std::hypot(gx, gy), 1e-6);
             const Vector5 by_x = (pull_of(gx + step, gy, at, solution_, settings_.weight_power) -
                                   pull_of(gx - step, gy, at, solution_, settings_.weight_power)) *
@@ -153,8 +160,7 @@ private:
                 if (!(std::abs(off) < reach_) || !sectors_[sector_of(dx, dy)].used) {
                     continue;
                 }
-                const double gx = static_cast<double>(gradients_.x.at<float>(row, column));
-                const double gy = static_cast<double>(gradients_.y.at<float>(row, column));
+                const auto [gx, gy] = gradient(column, row);
                 const double square = gx * gx + gy * gy;
                 if (!(square > kTiny)) {
                     continue;
@@ -169,13 +175,44 @@ private:
         }
     }
 
+    [[nodiscard]] std::pair<double, double> gradient(int column, int row) const {
+        return {static_cast<double>(gradients_.x.at<float>(row, column)) - slope_[0],
+                static_cast<double>(gradients_.y.at<float>(row, column)) - slope_[1]};
+    }
+
+    /// How the light rises over the picture, which is none of the edge: the medians of the gradients away from it,
+    /// inside and outside. Left in, it draws the centre towards the brighter side.
+    void find_slope() {
+        const EllipseShape shape = shape_of(ellipse_);
+        const double half_x = std::sqrt(shape[0]) + kSlopeRing;
+        const double half_y = std::sqrt(shape[2]) + kSlopeRing;
+        const cv::Rect box = cv::Rect(cv::Point(static_cast<int>(std::floor(ellipse_.x - half_x)),
+                                                static_cast<int>(std::floor(ellipse_.y - half_y))),
+                                      cv::Point(static_cast<int>(std::ceil(ellipse_.x + half_x)) + 1,
+                                                static_cast<int>(std::ceil(ellipse_.y + half_y)) + 1)) &
+                             cv::Rect(0, 0, gradients_.x.cols, gradients_.x.rows);
+        std::vector<double> x;
+        std::vector<double> y;
+        for (int row = box.y; row < box.y + box.height; ++row) {
+            for (int column = box.x; column < box.x + box.width; ++column) {
+                const double off = distance_from(ellipse_, column, row);
+                if (std::abs(off) > kReachPx && off < kSlopeRing) {
+                    x.push_back(static_cast<double>(gradients_.x.at<float>(row, column)));
+                    y.push_back(static_cast<double>(gradients_.y.at<float>(row, column)));
+                }
+            }
+        }
+        if (x.size() >= kLeastSlopePixels) {
+            slope_ = {median_of(std::move(x)), median_of(std::move(y))};
+        }
+    }
+
     bool solve() {
         frame_ = {ellipse_.x, ellipse_.y, std::sqrt(ellipse_.major * ellipse_.minor)};
         Matrix5 normal = Matrix5::zeros();
         Vector5 right = Vector5::all(0.0);
         each_pixel([&](int column, int row, double weight, const cv::Vec2d& at) {
-            const double gx = static_cast<double>(gradients_.x.at<float>(row, column));
-            const double gy = static_cast<double>(gradients_.y.at<float>(row, column));
+            const auto [gx, gy] = gradient(column, row);
             const double size = std::hypot(gx, gy);
             const double w = -(gx * at[0] + gy * at[1]) / size;
             const Vector5 line = row_of(gx / size, gy / size, w);
@@ -225,9 +262,8 @@ private:
                     }
                     const double nx = (shape[2] * dx - shape[1] * dy) / determinant;
                     const double ny = (shape[0] * dy - shape[1] * dx) / determinant;
-                    const double out = (nx * static_cast<double>(gradients_.x.at<float>(row, column)) +
-                                        ny * static_cast<double>(gradients_.y.at<float>(row, column))) /
-                                       std::max(std::hypot(nx, ny), kTiny);
+                    const auto [gx, gy] = gradient(column, row);
+                    const double out = (nx * gx + ny * gy) / std::max(std::hypot(nx, ny), kTiny);
                     if (!second) {
                         polarity += out;
                     } else if (out * polarity > 0.0) {
@@ -257,6 +293,7 @@ private:
     const MarkerSettings& settings_;
     std::vector<EdgeSector> sectors_;
     double reach_ = kReachPx;
+    std::array<double, 2> slope_{};  ///< of the light, a pixel
     Frame frame_;
     Vector5 solution_;
     Matrix5 inverse_;

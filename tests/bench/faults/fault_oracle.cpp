@@ -576,6 +576,9 @@ bool must_trip(std::string_view fault, std::string_view state) {
     if (fault == "galvo_absent") {
         return state == "idle";
     }
+    if (fault == "no_plan") {
+        return state == "marking";
+    }
     if (fault == "key_blip" || fault == "shutter_blip") {
         return state == "marking";  // between ticks they are asked for only while pulses may leave
     }
