@@ -80,7 +80,7 @@ def check_breaks(decoded, folder, work, capture, carrier):
         breaks += [
             ("scribecell_messages.dbc", r"SG_ free_items : (\d+)\|16", r"SG_ free_items : 8|16"),
             ("scribecell_messages.dbc", r"SG_ actual_3 : (\d+)\|32@1-", r"SG_ actual_3 : \1|32@1+"),
-            ("scribecell_messages.dbc", r"(SG_MUL_VAL_ \d+ items_9 items_size) 10-", r"\1 40-"),
+            ("scribecell_messages.dbc", r"(SG_MUL_VAL_ \d+ items_9 items_size) 10-", r"\1 200-"),
             ("scribecell.lua", r"local LAST = 0x40", "local LAST = 0x20"),
         ]
     if carrier == "can":
