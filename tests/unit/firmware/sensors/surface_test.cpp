@@ -160,14 +160,12 @@ TEST(Surface, ALookFindsWhatIsOff) {
 TEST(Surface, ALookForgivesASpeckButNoGap) {
     for (const auto& [width, wanted] : {std::pair{0.8e-3, Verdict::fine}, std::pair{3.0e-3, Verdict::not_seen}}) {
         Ride ride(SurfaceMode::check);
-        ride.blind = [width = width](double x) { return x > -0.170 && x < -0.170 + width; };
+        ride.blind = [w = width](double x) { return x > -0.170 && x < -0.170 + w; };
         EXPECT_EQ(ride.look(flat, -0.200, -0.140), wanted) << width;
     }
     for (const auto& [width, wanted] : {std::pair{0.3e-3, Verdict::fine}, std::pair{3.0e-3, Verdict::off}}) {
         Ride hole(SurfaceMode::check);
-        const auto profile = [width = width](double x) {
-            return x > -0.170 && x < -0.170 + width ? kFlat - 5e-3 : kFlat;
-        };
+        const auto profile = [w = width](double x) { return x > -0.170 && x < -0.170 + w ? kFlat - 5e-3 : kFlat; };
         EXPECT_EQ(hole.look(profile, -0.200, -0.140), wanted) << width;
     }
     Ride blind(SurfaceMode::check);
