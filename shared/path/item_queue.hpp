@@ -51,7 +51,7 @@ private:
     std::size_t size_ = 0;
 };
 
-inline constexpr std::size_t kItemQueueCapacity = 1792;
+inline constexpr std::size_t kItemQueueCapacity = 2048;
 using ItemQueue = BasicItemQueue<kItemQueueCapacity>;
 
 }  // namespace sc

@@ -51,6 +51,6 @@ TEST(ItemQueue, IsEmptyAfterClear) {
     EXPECT_EQ(queue.free(), Queue::capacity());
 }
 
-TEST(ItemQueue, HoldsSeventeenHundredAndNinetyTwoItems) { EXPECT_EQ(sc::ItemQueue::capacity(), 1792U); }
+TEST(ItemQueue, HoldsTwoThousandAndFortyEightItems) { EXPECT_EQ(sc::ItemQueue::capacity(), 2048U); }
 
 }  // namespace
