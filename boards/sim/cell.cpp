@@ -45,8 +45,8 @@ CellOptions with_directory(CellOptions options) {
     return options;
 }
 
-std::unique_ptr<ParameterFile> open_parameters(const CellOptions& options) {
-    return options.memory.empty() ? nullptr : std::make_unique<ParameterFile>(options.memory.string() + ".parameters");
+std::filesystem::path parameter_path(const CellOptions& options) {
+    return options.memory.empty() ? "" : options.memory.string() + ".parameters";
 }
 
 std::unique_ptr<replay::LogFile> open_record(const CellOptions& options, const MachineConfig& machine) {
@@ -71,12 +71,12 @@ SimCell::SimCell(const CellOptions& options)
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
       link_(make_link_line(options_.carrier, options_.baud, options_.machine.control_period_ns)),
       retained_(options_.memory),
-      parameters_(open_parameters(options_)),
-      start_(parameters_ ? starting_machine(*parameters_, options_.machine) : StartingMachine{options_.machine, 0}),
+      parameters_(parameter_path(options_)),
+      start_(starting_machine(parameters_, options_.machine)),
       controller_(options_.controller(start_.machine, options_.boot_id, retained_.memory())),
       record_(open_record(options_, start_.machine)),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {
-    controller_->keep_parameters_in(parameters_.get(), start_.generation);
+    controller_->keep_parameters_in(options_.memory.empty() ? nullptr : &parameters_, start_.generation);
 }
 
 void SimCell::push_link(std::span<const std::uint8_t> bytes) { link_->push_host(bytes); }
@@ -113,9 +113,7 @@ void SimCell::step_controller() {
     inputs.link_rx = link_rx_;
     plant_.sample(inputs);
     controller_->tick(inputs, outputs);
-    if (parameters_) {
-        parameters_->tick();
-    }
+    parameters_.tick();
     if (record_) {
         record_->tick(inputs, outputs);
     }

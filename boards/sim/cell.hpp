@@ -84,7 +84,7 @@ private:
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
     RetainedFile retained_;
-    std::unique_ptr<ParameterFile> parameters_;  ///< null: none are kept
+    ParameterFile parameters_;
     StartingMachine start_;
     std::unique_ptr<ControllerHost> controller_;
     std::unique_ptr<replay::LogFile> record_;

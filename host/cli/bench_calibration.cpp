@@ -34,7 +34,7 @@ constexpr double kRegion95 = 12.5916;  ///< chi-squared, 6 degrees of freedom
 constexpr double kNormal95 = 1.96;
 constexpr std::array kMethods{"tsai", "park", "horaud", "andreff", "daniilidis"};
 
-void make(std::vector<std::string> arguments) {
+void make(const std::vector<std::string>& arguments) {
     if (stop_requested()) {
         throw Interrupted();
     }
@@ -357,7 +357,7 @@ private:
         const fs::path out = folder_.path() / name;
         arguments.insert(arguments.end(), {"--out", out.string(), "--sets", std::to_string(options_.sets), "--seed",
                                            std::to_string(options_.seed * 100 + ++kinds_)});
-        make(std::move(arguments));
+        make(arguments);
         return out;
     }
 

@@ -71,13 +71,10 @@ void add_protocol(CLI::App& app, int& exit_code) {
     CLI::App* sub = app.add_subcommand("protocol", "The link for other tools: DBC, Wireshark dissector, captures.");
     sub->footer(kExamples);
     const auto options = std::make_shared<ProtocolOptions>();
-    sub->add_option_function<std::string>(
-           "--write", [options](const std::string& word) { options->write = word; },
-           "write DBC files and Wireshark dissector to this folder")
+    sub->add_option("--write", options->write, "write DBC files and Wireshark dissector to this folder")
         ->type_name("DIR");
-    sub->add_option_function<std::string>(
-           "--decode", [options](const std::string& word) { options->decode = word; },
-           "print the messages of a capture (--capture of other commands, or SocketCAN)")
+    sub->add_option("--decode", options->decode,
+                    "print the messages of a capture (--capture of other commands, or SocketCAN)")
         ->type_name("FILE.pcap");
     sub->add_flag("--json", options->json, "--decode: one JSON object");
     sub->callback([options, &exit_code] { exit_code = guarded(options->json, [&options] { return run(*options); }); });

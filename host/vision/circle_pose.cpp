@@ -83,9 +83,9 @@ std::array<Vec3, 2> circle_normals(const Ellipse& ellipse, const Pinhole& camera
     std::array<Vec3, 2> out;
     for (std::size_t k = 0; k < 2; ++k) {
         const double sign = k == 0 ? 1.0 : -1.0;
-        Vec3 n{sign * along * vectors(first, 0) + depth * vectors(odd, 0),
-               sign * along * vectors(first, 1) + depth * vectors(odd, 1),
-               sign * along * vectors(first, 2) + depth * vectors(odd, 2)};
+        const Vec3 n{sign * along * vectors(first, 0) + depth * vectors(odd, 0),
+                     sign * along * vectors(first, 1) + depth * vectors(odd, 1),
+                     sign * along * vectors(first, 2) + depth * vectors(odd, 2)};
         const Vec3 ray{(ellipse.x - camera.middle_x) / camera.focal_x, (ellipse.y - camera.middle_y) / camera.focal_y,
                        1.0};
         out[k] = dot(n, ray) > 0.0 ? -n : n;

@@ -37,10 +37,11 @@ void blur_rows(std::vector<float>& field, int width, int height, const std::vect
     for (int y = 0; y < height; ++y) {
         for (int x = 0; x < width; ++x) {
             float sum = 0.0F;
-            for (int k = -reach; k <= reach; ++k) {
+            for (int i = 0; i <= 2 * reach; ++i) {
+                const int k = i - reach;
                 const int xx = rows ? std::clamp(x + k, 0, width - 1) : x;
                 const int yy = rows ? y : std::clamp(y + k, 0, height - 1);
-                sum += kernel[static_cast<std::size_t>(k + reach)] *
+                sum += kernel[static_cast<std::size_t>(i)] *
                        field[static_cast<std::size_t>(yy) * static_cast<std::size_t>(width) +
                              static_cast<std::size_t>(xx)];
             }

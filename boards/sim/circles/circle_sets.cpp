@@ -78,17 +78,25 @@ private:
     std::string truth_ = "picture,scene,ellipse_x_px,ellipse_y_px,centre_x_px,centre_y_px\n";
 };
 
-void write_scene(const std::filesystem::path& folder, const char* kind, int scene, int repeats, const Camera& camera,
-                 const std::vector<Circle>& circles, Random& random, SetFiles& files) {
+/// What a scene shows, and how often it is taken.
+struct Scene {
+    const char* kind = "";
+    int number = 0;
+    int repeats = 0;
+    std::vector<Circle> circles;
+};
+
+void write_scene(const std::filesystem::path& folder, const Scene& scene, const Camera& camera, Random& random,
+                 SetFiles& files) {
     Look look;
     look.rise = draw(random, 0.0, kMostRise);
     look.rise_heading = draw(random, 0.0, 2.0 * std::numbers::pi);
-    const Light light = light_of(camera, circles, look);
-    for (int repeat = 0; repeat < repeats; ++repeat) {
-        const std::string name = name_of(kind, scene, repeat);
+    const Light light = light_of(camera, scene.circles, look);
+    for (int repeat = 0; repeat < scene.repeats; ++repeat) {
+        const std::string name = name_of(scene.kind, scene.number, repeat);
         write_picture(folder / name, camera, light, look.noise, random);
-        for (const Circle& circle : circles) {
-            files.add(name, scene, circle, camera);
+        for (const Circle& circle : scene.circles) {
+            files.add(name, scene.number, circle, camera);
         }
     }
 }
@@ -106,7 +114,7 @@ void write_singles(const std::filesystem::path& folder, const SetOptions& option
         const Circle circle{.centre = {draw(random, -0.5, 0.5) * scale, draw(random, -0.5, 0.5) * scale, kDistance},
                             .normal = tilted(std::acos(kRatio), draw(random, 0.0, 2.0 * std::numbers::pi)),
                             .radius = kMajorPx * scale};
-        write_scene(folder, "single", scene, options.repeats, camera, {circle}, random, files);
+        write_scene(folder, {"single", scene, options.repeats, {circle}}, camera, random, files);
     }
     files.finish();
 }
@@ -133,7 +141,7 @@ void write_boards(const std::filesystem::path& folder, const SetOptions& options
                  .normal = normal,
                  .radius = kRadius});
         }
-        write_scene(folder, "board", scene, options.repeats, camera, circles, random, files);
+        write_scene(folder, {"board", scene, options.repeats, circles}, camera, random, files);
     }
     files.finish();
 }

@@ -39,7 +39,7 @@ std::string write_rigid_set(const std::filesystem::path& folder, const RigidSetO
     }
     std::string c = "id,x_mm,y_mm,z_mm,sigma_x_um,sigma_y_um,sigma_z_um\n";
     std::string h = c;
-    std::vector<double> size(6 + 3 * markers.size(), 1e-5);
+    const std::vector<double> size(6 + 3 * markers.size(), 1e-5);
     Fisher fisher(size);
     const auto back = [&](const std::vector<double>& s) {
         return Pose{turn_about({s[0], s[1], s[2]}) * h_from_c.rotation, h_from_c.place + Vec3{s[3], s[4], s[5]}};
@@ -92,7 +92,7 @@ std::string write_axis_set(const std::filesystem::path& folder, const AxisSetOpt
     }
     const Vec3 sigma{options.sensor, options.sensor, options.sensor};
     const auto angles = static_cast<std::size_t>(options.angles);
-    std::vector<double> size(4 + angles + 3 * markers.size(), 1e-5);
+    const std::vector<double> size(4 + angles + 3 * markers.size(), 1e-5);
     Fisher fisher(size);
     const std::array<Vec3, 2> side = across(direction);
     const auto about = [&](double s0, double s1) {
