@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <optional>
 #include <vector>
 
@@ -59,14 +60,17 @@ struct Row {
     const link::BlackboxEvent* event = nullptr;
 };
 std::vector<Row> rows_of(const BlackBoxContent& content) {
-    std::vector<Row> rows;
+    std::vector<Row> samples;
+    std::vector<Row> events;
     for (const auto& sample : content.samples) {
-        rows.push_back({sample.cell_s, &sample.at, nullptr});
+        samples.push_back({sample.cell_s, &sample.at, nullptr});
     }
     for (const auto& event : content.events) {
-        rows.push_back({event.cell_s, nullptr, &event.what});
+        events.push_back({event.cell_s, nullptr, &event.what});
     }
-    std::ranges::stable_sort(rows, {}, &Row::cell_s);
+    // Each is in the order of its numbers already.
+    std::vector<Row> rows;
+    std::ranges::merge(samples, events, std::back_inserter(rows), {}, &Row::cell_s, &Row::cell_s);
     return rows;
 }
 

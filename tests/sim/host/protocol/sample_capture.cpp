@@ -55,7 +55,6 @@ class Sink {
 public:
     Sink(const std::string& file, bool can, bool fd)
         : can_(can),
-          fd_(fd),
           writer_(file, can ? host::CaptureKind::can : host::CaptureKind::serial),
           ports_{link::CanPort<4096>(link::kCanIdToHost, fd), link::CanPort<4096>(link::kCanIdToController, fd)} {}
 
@@ -103,7 +102,6 @@ private:
     }
 
     bool can_;
-    bool fd_;
     host::CaptureWriter writer_;
     std::array<link::CanPort<4096>, 2> ports_;
     std::int64_t time_ns_ = 1'000'000;
