@@ -131,13 +131,14 @@ TEST(ParameterStore, NothingIsBegunWhileItIsNotAllowed) {
 TEST(ParameterStore, WhereverThePowerGoesTheOldOrTheNewIsThereWhole) {
     const auto old = content(1162, 1);
     const auto fresh = content(1162, 2);
+    const auto older = content(1162, 3);
     int survived = 0;
     for (int at = 0; at < 45; ++at) {
         for (const bool midst : {false, true}) {
             Flash flash;
             ParameterStore store;
             store.keep_in(&flash);
-            store.begin(content(1162, 3), 1);
+            store.begin(older, 1);
             ASSERT_EQ(run(store, flash), Progress::done);
             store.begin(old, 1);
             ASSERT_EQ(run(store, flash), Progress::done);
