@@ -89,7 +89,9 @@ Next next_of(std::span<const Item> items, const FiredPlace& place) {
     if (path && place.pulses > 0 && place.fired <= path->end) {
         return {path->begin, place.pulses};
     }
-    if (path && place.pulses == 0 && place.fired <= path->begin && same_face(items, place.fired, path->begin)) {
+    const bool within = path && place.fired > path->begin && place.fired <= path->end;
+    const bool before = path && place.fired <= path->begin && same_face(items, place.fired, path->begin);
+    if (place.pulses == 0 && (within || before)) {
         return {path->begin, 0};
     }
     return {place.fired, 0};

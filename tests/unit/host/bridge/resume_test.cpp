@@ -35,6 +35,7 @@ TEST(ResumePoint, BehindAPathBeginsTheNext) {
     EXPECT_EQ(point.c, -900);
     EXPECT_EQ(resume_point(job(), {.fired = 15, .path = 2, .pass = 1, .pulses = 9}).first, 15U);
     EXPECT_EQ(resume_point(job(), {}).first, 0U);
+    EXPECT_EQ(resume_point(job(), {.fired = 9, .path = 2}).first, 7U) << "in a path, before its first pulse";
 }
 
 TEST(ResumePoint, TellsThePassesOfAPathApart) {
