@@ -63,11 +63,11 @@ public:
 
 private:
     Vec3 draw(double sigma) {
-        std::normal_distribution<double> normal(0.0, sigma * noise);
+        std::normal_distribution<double> normal;
         Vec3 out;
-        out.x = normal(random_);
-        out.y = normal(random_);
-        out.z = normal(random_);
+        out.x = sigma * noise * normal(random_);
+        out.y = sigma * noise * normal(random_);
+        out.z = sigma * noise * normal(random_);
         return out;
     }
     std::mt19937_64 random_;
