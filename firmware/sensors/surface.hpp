@@ -31,8 +31,9 @@ struct SurfaceSettings {
 /// Depth of the surface as the Y sensor has seen it in looks, remembered for when the beam comes there. A reading
 /// belongs to the place where the axes were when it was taken (depth y1 + a1 − a2 of design.md); the median of three
 /// goes into the memory, a bin of a millimetre each, the oldest forgotten. A look goes along the line that is to be
-/// burnt at such a place of the axes that a surface where it should be reads zero. Servo context; a tick costs some 60
-/// instructions, a reading 200, a look-up 100, or 2500 where the memory has to be searched (every fourth tick).
+/// burnt at such a place of the axes that a surface where it should be reads zero. Servo context; besides a few
+/// multiplications a tick, each reading takes a median and each fourth tick on a path a look-up, at most one walk over
+/// the memory.
 class Surface {
 public:
     /// Following goes through three low-passes of this time constant, so that its speed, acceleration and jerk stay

@@ -7,13 +7,13 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/program.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/bench_figures.hpp"
+#include "host/cli/run_folder.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/file.hpp"
 #include "host/vision/circle_pose.hpp"
@@ -30,29 +30,6 @@ constexpr int kBoards = 12;
 constexpr int kBoardRepeats = 10;
 constexpr double kPlaneMmPx = 500.0 / 2232.0;  ///< at the distance of the boards, square to the view
 constexpr double kMostOffPx = 3.0;             ///< a marker that is further off is another one
-
-/// A folder that is gone at the end, unless a person wants the trials.
-class Folder {
-public:
-    explicit Folder(const std::optional<fs::path>& raw)
-        : path_(raw ? *raw : fs::temp_directory_path() / fmt::format("scribecell-centres-{}", ::getpid())),
-          keep_(raw.has_value()) {
-        fs::create_directories(path_);
-    }
-    ~Folder() {
-        if (!keep_) {
-            std::error_code ignored;
-            fs::remove_all(path_, ignored);
-        }
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    [[nodiscard]] const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
-    bool keep_;
-};
 
 void make(const char* kind, const fs::path& folder, int scenes, int repeats, std::uint64_t seed) {
     if (run_program(required_program("scribecell-circles"),
@@ -201,7 +178,7 @@ Boards measure_boards(const fs::path& folder) {
 }  // namespace
 
 std::vector<Figure> bench_centres(const BenchOptions& options) {
-    const Folder folder(options.raw);
+    const RunFolder folder(options.raw);
     const fs::path singles = folder.path() / "singles";
     const fs::path boards = folder.path() / "boards";
     std::fprintf(stderr, "rendering\n");

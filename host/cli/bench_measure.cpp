@@ -10,13 +10,13 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/program.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/bench_figures.hpp"
+#include "host/cli/run_folder.hpp"
 #include "host/cli/stand_pictures.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/file.hpp"
@@ -38,29 +38,6 @@ constexpr int kSpots = 300;
 constexpr int kShifts = 20;        ///< a real picture
 constexpr double kBlack = 0.04;    ///< of full scale
 constexpr double kCropRoom = 3.6;  ///< radii left around a spot at least
-
-/// A folder that is gone at the end, unless a person wants the trials.
-class Folder {
-public:
-    explicit Folder(const std::optional<fs::path>& raw)
-        : path_(raw ? *raw : fs::temp_directory_path() / fmt::format("scribecell-measure-{}", ::getpid())),
-          keep_(raw.has_value()) {
-        fs::create_directories(path_);
-    }
-    ~Folder() {
-        if (!keep_) {
-            std::error_code ignored;
-            fs::remove_all(path_, ignored);
-        }
-    }
-    Folder(const Folder&) = delete;
-    Folder& operator=(const Folder&) = delete;
-    [[nodiscard]] const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
-    bool keep_;
-};
 
 void make(const std::vector<std::string>& arguments) {
     if (stop_requested()) {
@@ -253,7 +230,7 @@ double real_shift(std::uint64_t seed) {
 }  // namespace
 
 std::vector<Figure> bench_measure(const BenchOptions& options) {
-    const Folder folder(options.raw);
+    const RunFolder folder(options.raw);
     Ways ways;
     for (int head = 0; head < kHeads; ++head) {
         std::fprintf(stderr, "head %d of %d\n", head + 1, kHeads + kReseatedHeads);
