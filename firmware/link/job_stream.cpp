@@ -14,7 +14,7 @@ void JobStream::begin(std::uint64_t job, std::uint32_t items, const Start& start
     job_ = job;
     items_ = items;
     received_ = start.first;
-    largest_count_ = 0;
+    usual_count_ = kFirstCount;
     drop_kept();
     open_ = true;
     hash_ok_ = false;
@@ -126,7 +126,9 @@ void JobStream::keep(const BlockView& block) noexcept {
     }
     order_[place] = slot;
     ++kept_size_;
-    largest_count_ = std::max(largest_count_, block.count);
+    if (block.count > 0) {
+        usual_count_ = static_cast<std::uint8_t>((3U * usual_count_ + block.count) / 4U);
+    }
 }
 
 void JobStream::drop(std::size_t place) noexcept {
@@ -170,8 +172,9 @@ std::size_t JobStream::missing(std::span<Gap> out) const noexcept {
 
 std::uint32_t JobStream::window() const noexcept {
     const auto room = static_cast<std::uint32_t>(queue_.free());
-    const auto blocks = static_cast<std::uint32_t>(kKept - kept_size_);
-    return std::min(room, kept_end_ - received_ + blocks * (largest_count_ > 0 ? largest_count_ : kFirstCount));
+    // One place stays for what closes a gap.
+    const auto blocks = static_cast<std::uint32_t>(kept_size_ + 1 < kKept ? kKept - 1 - kept_size_ : 0);
+    return std::min(room, kept_end_ - received_ + blocks * usual_count_);
 }
 
 // --- items

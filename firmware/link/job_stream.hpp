@@ -95,6 +95,8 @@ private:
         std::array<std::uint8_t, kPayloadCapacity> bytes{};
         [[nodiscard]] std::uint32_t end() const noexcept { return first + count; }
     };
+    static constexpr std::uint8_t kFirstCount = 16;  ///< a guess at the items of a block, before the first has come
+
     void begin(std::uint64_t job, std::uint32_t items, const Start& start) noexcept;
     [[nodiscard]] const Kept& kept(std::size_t place) const noexcept { return kept_[order_[place]]; }
     [[nodiscard]] bool make_room(std::uint32_t first) noexcept;
@@ -118,17 +120,15 @@ private:
     std::array<std::uint8_t, kKept>
         order_{};  ///< places in kept_: those in use first, by their first item; then the free
     std::size_t kept_size_ = 0;
-    std::uint32_t kept_end_ = 0;      ///< every item below has been received or is kept
-    std::uint8_t largest_count_ = 0;  ///< items of a block of this job
-    BlockReader reader_{{}, 0};       ///< of the first that is kept, while `reading_`
+    std::uint32_t kept_end_ = 0;              ///< every item below has been received or is kept
+    std::uint8_t usual_count_ = kFirstCount;  ///< items of a block: a mean over the last few
+    BlockReader reader_{{}, 0};               ///< of the first that is kept, while `reading_`
     std::uint32_t reading_item_ = 0;
     bool reading_ = false;
     std::uint32_t items_repeated_ = 0;
     std::uint32_t blocks_ahead_ = 0;
     bool open_ = false;
     bool hash_ok_ = false;
-
-    static constexpr std::uint8_t kFirstCount = 16;  ///< a guess at the items of a block, before the first has come
 };
 
 }  // namespace sc::link

@@ -14,6 +14,11 @@ constexpr Nanoseconds kLook{20'000'000};
 constexpr Nanoseconds kHearOut{60'000'000};
 constexpr Nanoseconds kReportPeriod{200'000'000};
 constexpr Nanoseconds kResumePeriod{200'000'000};
+/// So many times the usual time between two acknowledgements is silence.
+constexpr int kSilentPaces = 4;
+constexpr Nanoseconds kLeastSilence{4'000'000};
+/// The usual time is a mean over some so many.
+constexpr int kPaceOver = 8;
 /// Acknowledgements are repeated each 100 ms: when they have said less for longer than this, what said more was stale.
 constexpr Nanoseconds kLessBelieved{200'000'000};
 /// A block is sent when a quarter of the window is free: each stretch costs one synced record in the journal.
@@ -36,6 +41,7 @@ Streamer::Streamer(CellClient& client, const StreamJob& job, const StreamOptions
       free_(kFirstItems),
       begun_(client.now()),
       moved_(client.now()),
+      pace_(options.resend_after / kSilentPaces),
       reported_(client.now()) {}
 
 void Streamer::run() {
@@ -51,7 +57,7 @@ void Streamer::run() {
         change_override();
         record_sometimes();
         report(false);
-        client_->pump(client_->now() + kLook);
+        client_->pump(std::min(client_->now() + kLook, next_question()));
     }
     // The job is done, whether or not the last word on its items arrives.
     progress_.planned = progress_.fired = static_cast<std::uint32_t>(job_.items.size());
@@ -103,7 +109,9 @@ void Streamer::take_ack() {
         return;
     }
     if (ack->received > received_) {
-        moved_ = client_->now();
+        const HostTime now = client_->now();
+        pace_ += (std::min(now - moved_, options_.resend_after) - pace_) / kPaceOver;
+        moved_ = now;
     }
     received_ = ack->received;
     while (!unacknowledged_.empty() && unacknowledged_.begin()->second.end <= received_) {
@@ -140,27 +148,46 @@ void Streamer::send_window() {
         progress_.sent = end;
         record();
     }
-    while (sent_ < end) {
-        send_block(end);
+    while (sent_ < end && send_block(end)) {
     }
 }
 
-void Streamer::send_block(std::uint32_t end) {
-    std::uint32_t last = end;
+/// A block that is cut short by the window waits for a wider one, unless nothing is on its way: the cell has places for
+/// blocks, whatever is in them.
+bool Streamer::send_block(std::uint32_t end) {
+    auto last = static_cast<std::uint32_t>(job_.items.size());
     if (options_.items_per_block > 0) {
-        last = std::min(end, sent_ + options_.items_per_block);
+        last = std::min(last, sent_ + options_.items_per_block);
     }
-    const link::Block block = link::make_block(job_.hash, job_.items.first(last), sent_);
+    link::Block block = link::make_block(job_.hash, job_.items.first(last), sent_);
+    if (sent_ + block.count > end) {
+        if (sent_ > received_) {
+            return false;
+        }
+        block = link::make_block(job_.hash, job_.items.first(end), sent_);
+    }
     const std::uint16_t counter = client_->send_block(block);
     unacknowledged_[sent_] = {sent_ + block.count, counter};
     sent_ += block.count;
+    return true;
+}
+
+/// The lost end of a window is told by nothing but silence: a cell that has acknowledged each millisecond so far need
+/// not be waited for as long as one that hardly says anything.
+HostTime Streamer::next_question() const {
+    if (sent_ <= received_) {
+        return HostTime::max();
+    }
+    const bool answers = client_->minor() >= link::StreamMissing::kSince;
+    const Nanoseconds silence = std::clamp(kSilentPaces * pace_, kLeastSilence, options_.resend_after);
+    return std::max(moved_, asked_) + (answers ? silence : options_.resend_after);
 }
 
 void Streamer::resend_when_silent() {
-    if (sent_ <= received_ || client_->now() - moved_ <= options_.resend_after) {
+    if (client_->now() < next_question()) {
         return;
     }
-    moved_ = client_->now();
+    asked_ = client_->now();
     if (client_->minor() < link::StreamMissing::kSince) {
         sent_ = received_;
         return;

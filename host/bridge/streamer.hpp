@@ -16,7 +16,7 @@ namespace sc::host {
 
 struct StreamOptions {
     std::uint32_t items_per_block = 0;       ///< 0: as many as a block can hold
-    Nanoseconds resend_after{60'000'000};    ///< without an answer that moves on, the cell is asked what it has
+    Nanoseconds resend_after{60'000'000};    ///< silence after which the cell is asked what it has, at the latest
     Nanoseconds journal_period{50'000'000};  ///< of the real clock, between records that no intent asks for
     /// Asked all along with the override in force; what it returns is set. Empty: never asked.
     std::function<std::optional<std::uint8_t>(std::uint8_t percent)> wanted_override{};
@@ -60,8 +60,9 @@ private:
     [[nodiscard]] bool believable(const link::StreamAck& ack);
     void take_ack();
     void send_window();
-    void send_block(std::uint32_t end);
+    bool send_block(std::uint32_t end);
     void resend_when_silent();
+    [[nodiscard]] HostTime next_question() const;
     void resend_missing();
     void resend(std::uint32_t from, std::uint32_t until, std::uint16_t heard);
     void resume_when_held();
@@ -94,6 +95,8 @@ private:
     bool running_seen_ = false;
     HostTime begun_{};
     HostTime moved_{};                    ///< when `received` last moved, or sending began again
+    HostTime asked_{};                    ///< what is missing
+    Nanoseconds pace_;                    ///< usual time between two acknowledgements that move on
     std::optional<HostTime> less_since_;  ///< the cell has acknowledged less than `received_`
     HostTime asked_resume_{};
     HostTime reported_{};

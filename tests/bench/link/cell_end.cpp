@@ -110,6 +110,7 @@ void CellEnd::burn(std::int64_t tick) {
                 ++record_.pulses;
                 first_burn_tick_ = first_burn_tick_ < 0 ? tick : first_burn_tick_;
                 last_burn_tick_ = tick;
+                burnt_at_first_ += tick == first_burn_tick_ ? 1U : 0U;
             }
         } else if (std::holds_alternative<JobEnd>(item)) {
             done_ = true;

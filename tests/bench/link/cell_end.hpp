@@ -27,6 +27,8 @@ public:
     void forget_burnt() { burnt_.clear(); }
     [[nodiscard]] std::int64_t first_burn_tick() const noexcept { return first_burn_tick_; }
     [[nodiscard]] std::int64_t last_burn_tick() const noexcept { return last_burn_tick_; }
+    /// Points burnt in the first tick.
+    [[nodiscard]] std::size_t burnt_at_first() const noexcept { return burnt_at_first_; }
     void forget_times() noexcept { first_burn_tick_ = -1; }
     [[nodiscard]] bool refused() const noexcept { return refused_; }
 
@@ -59,6 +61,7 @@ private:
     std::int64_t tick_ = 0;
     std::int64_t first_burn_tick_ = -1;
     std::int64_t last_burn_tick_ = 0;
+    std::size_t burnt_at_first_ = 0;
     std::vector<PathPoint> burnt_;
 };
 

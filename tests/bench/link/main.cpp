@@ -19,6 +19,7 @@
 #include "host/bridge/client.hpp"
 #include "host/bridge/errors.hpp"
 #include "host/bridge/session.hpp"
+#include "host/formats/error.hpp"
 #include "shared/link/blocks.hpp"
 #include "shared/path/job_hash.hpp"
 #include "tests/bench/link/link_world.hpp"
@@ -134,6 +135,10 @@ Ends burn(LinkWorld& world, CellEnd& cell, const std::vector<Item>& items, std::
                 std::fprintf(stderr, "host %u: %s\n", ends.hosts, error.what());
             }
             world.live_alone(kSecond / 5);
+        } catch (const host::InputError& error) {
+            // The cell names a place that is none of the job's: nobody can go on from there.
+            std::fprintf(stderr, "host %u: %s\n", ends.hosts, error.what());
+            return ends;
         }
         ++ends.hosts;
     }
@@ -158,8 +163,14 @@ double limit_of(const Carrier& carrier, const std::vector<Item>& items) {
         blocks += 1.0;
         first += block.count;
     }
+    // As in the midst of a job: on CAN a message of zeros is longer, by the bits that are stuffed.
     link::StreamAck ack;
-    ack.job_low = 0x12345678;
+    ack.job_low = static_cast<std::uint32_t>(hash);
+    ack.received = static_cast<std::uint32_t>(items.size() / 2);
+    ack.planned = ack.fired = ack.received - 1000;
+    ack.free_items = 1000;
+    ack.path = 5;
+    ack.pulses = 6789;
     const double heartbeat_ns = time_of(link::Heartbeat{1'000'000}) / 25e6;
     // One acknowledgement a block, and no more than one a tick.
     const double acks = carrier.shared_by_both() ? time_of(ack) : 0.0;
@@ -193,7 +204,8 @@ Throughput throughput(const std::string& name, const std::vector<Item>& items, s
     }
     Throughput result;
     const double seconds = static_cast<double>(cell.last_burn_tick() - cell.first_burn_tick()) * 1e-3;
-    result.points_per_s = static_cast<double>(cell.burnt().size()) / seconds;
+    // What had come before the first tick has not come within these seconds.
+    result.points_per_s = static_cast<double>(cell.burnt().size() - cell.burnt_at_first()) / seconds;
     result.limit = limit_of(*carrier, items);
     result.share = result.points_per_s / result.limit;
     return result;

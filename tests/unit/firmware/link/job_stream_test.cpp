@@ -133,6 +133,37 @@ TEST_F(JobStreamTest, ABlockThatClosesAGapAlwaysFindsRoom) {
     EXPECT_GE(stream->received(), 5U * (JobStream::kKept - 1));
 }
 
+TEST_F(JobStreamTest, WithAGapAllThatTheWindowInvitesFindsRoom) {
+    constexpr std::uint32_t kCount = 40;
+    open(3000);
+    std::uint32_t at = 0;
+    for (int i = 0; i < 20; ++i, at += kCount) {
+        ASSERT_EQ(take(part(items, at, kCount)), Taken::stored);
+    }
+    ASSERT_GT(stream->window(), (JobStream::kKept / 2) * kCount);
+    const std::uint32_t end = stream->received() + stream->window();
+    for (std::uint32_t first = at + kCount; first + kCount <= end; first += kCount) {
+        EXPECT_EQ(stream->take(part(items, first, kCount)), Taken::ahead) << "the block at " << first;
+    }
+    EXPECT_EQ(take(part(items, at, kCount)), Taken::stored) << "and what closes the gap";
+}
+
+TEST_F(JobStreamTest, TheWindowFollowsTheSizeOfTheBlocks) {
+    open(3000);
+    std::uint32_t at = 0;
+    const auto window_after = [this, &at](std::uint32_t count, int blocks) {
+        for (int i = 0; i < blocks; ++i, at += count) {
+            (void)take(part(items, at, count));
+        }
+        return stream->window();
+    };
+    constexpr auto kPlaces = static_cast<std::uint32_t>(JobStream::kKept - 1);
+    EXPECT_NEAR(window_after(40, 20), kPlaces * 40, kPlaces * 4);
+    EXPECT_NEAR(window_after(10, 30), kPlaces * 10, kPlaces) << "and down again";
+    stream->open(1, 100);
+    EXPECT_EQ(stream->window(), kPlaces * 16) << "a guess, in the next job";
+}
+
 TEST_F(JobStreamTest, AQuestionShowsWhatIsMissingBeforeItAndTakesOnePlace) {
     open(100);
     EXPECT_EQ(take(part(items, 0, 10)), Taken::stored);
