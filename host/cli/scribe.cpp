@@ -57,6 +57,7 @@ void describe_job(CLI::App& app, ScribeOptions& o) {
         ->type_name("FILE");
     optional_option(app, "--calibration", o.calibration, "calibration set, in place of the job's own")
         ->type_name("FILE");
+    app.add_flag("--accept-expired", o.accept_expired, "burn with a calibration of which a record has expired");
     app.add_option("--face", o.faces, "burn only this face, degrees; may be given again")->type_name("DEG");
     app.add_flag("--dry-run", o.dry_run, "check everything, print what would be burnt, move nothing");
     app.add_flag("--preview", o.preview, "trace the job with the guide laser, slowly, and burn nothing");

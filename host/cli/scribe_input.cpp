@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "host/bridge/child_process.hpp"
+#include "host/cli/calibration_age.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/override.hpp"
 #include "host/formats/error.hpp"
@@ -132,6 +133,7 @@ ScribeInput read_input(const ScribeOptions& options) {
     input.table_file = options.table.value_or(input.job.table);
     const std::filesystem::path calibration = options.calibration.value_or(input.job.calibration);
     input.calibration = read_calibration(calibration);
+    check_age(input.calibration, options.accept_expired);
     if (input.job.surface && !input.calibration.y_sensor) {
         throw InputError({.file = calibration.string(),
                           .problem = "the job has [surface], and this calibration does not say where the Y sensor is",

@@ -33,6 +33,7 @@ struct ScribeOptions {
     std::optional<std::uint32_t> rounds;  ///< of the preview; none: until it is stopped, in the simulated cell once
     bool json = false;
     bool reset_fault = false;
+    bool accept_expired = false;           ///< a calibration that has expired is warned of, not refused
     bool resume = false;                   ///< go on with the journal's job
     std::optional<std::string> confirmed;  ///< what a person has found of an uncertain stretch
 };

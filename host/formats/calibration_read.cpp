@@ -238,6 +238,7 @@ PowerRecord read_power(TomlReader& table) {
     }
     out.time = table.time("time");
     out.note = table.text_or("note", "");
+    out.validity = read_validity(table, out.time);
     table.finish();
     return out;
 }
@@ -248,6 +249,7 @@ BeamRecord read_beam(TomlReader& table) {
     out.rayleigh_length = table.number("rayleigh_mm", kRayleighMm) / 1e3;
     out.time = table.time("time");
     out.note = table.text_or("note", "");
+    out.validity = read_validity(table, out.time);
     table.finish();
     return out;
 }
@@ -324,6 +326,8 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
         set.beam = read_beam(*table);
     }
     read_sensors(root, set);
+    read_cross_covariances(root, set);
+    check_joint_covariance(root, set);
     root.finish();
     return set;
 }

@@ -28,12 +28,20 @@ struct Covariance {
     bool operator==(const Covariance&) const noexcept = default;
 };
 
+/// How long a record holds; at most one of the two is given. Neither: it does not expire.
+struct Validity {
+    double days = 0.0;    ///< from the record's time on; 0: not given
+    std::string expires;  ///< ISO 8601 with zone; empty: not given
+    bool operator==(const Validity&) const = default;
+};
+
 /// How a record came about.
 struct Provenance {
     std::vector<std::string> parents;  ///< ids of records or data sets that it was computed from
     double residual_rms = 0.0;         ///< metres, of the fit; for ratios at the reach of the data
     std::string time;                  ///< ISO 8601 with zone, e.g. 2026-01-31T12:00:00Z
     std::string note;
+    Validity validity{};
     bool operator==(const Provenance&) const = default;
 };
 
@@ -129,6 +137,7 @@ struct PowerRecord {
     PowerCurve curve;
     std::string time;
     std::string note;  ///< which meter, how long
+    Validity validity{};
     bool operator==(const PowerRecord&) const = default;
 };
 
@@ -138,6 +147,7 @@ struct BeamRecord {
     double rayleigh_length = 0.0;  ///< metres
     std::string time;
     std::string note;  ///< how measured
+    Validity validity{};
     bool operator==(const BeamRecord&) const = default;
 
     /// Metres off focus at which the peak fluence is less by this share: z = z_R √(τ / (1 − τ)).
@@ -175,6 +185,15 @@ struct TripleRecord {
     bool operator==(const TripleRecord&) const = default;
 };
 
+/// What the estimates of two records share, of a fit that gave both: E[δa·δbᵀ], rows in the order of the first record's
+/// covariance, columns in that of the second; SI units. Records are named as by `covariance_blocks`
+/// (calibration_records.hpp).
+struct CrossCovariance {
+    std::array<std::string, 2> between;
+    std::vector<std::vector<double>> at;
+    bool operator==(const CrossCovariance&) const = default;
+};
+
 struct CalibrationSet {
     std::filesystem::path file;  ///< where it was read
     std::string id;
@@ -194,14 +213,16 @@ struct CalibrationSet {
     std::optional<SensorRay> y_sensor;
     std::vector<SensorRay> triple_head;  ///< none or three
     std::optional<TripleRecord> triple;  ///< of the measuring head, in its own frame
+    std::vector<CrossCovariance> cross;  ///< none: records are independent
 
     /// Record by id, nullptr if it is not there.
     [[nodiscard]] const TransformRecord* find(std::string_view transform_id) const noexcept;
 };
 
 /// Throws InputError for all that is malformed: a rotation that is none ("not orthogonal", "left-handed"), a direction
-/// that is no unit vector, a covariance that is not symmetric and positive, an unknown or missing key, a file whose
-/// sha256 line disagrees with its content (the line may be left out).
+/// that is no unit vector, a covariance that is not symmetric and positive (each by itself, and all of those that
+/// cross-covariances join), an expiry before the record's time, an unknown or missing key, a file whose sha256 line
+/// disagrees with its content (the line may be left out).
 [[nodiscard]] CalibrationSet read_calibration(const std::filesystem::path& path);
 /// Writes the set with its hash and returns the hash. Throws InputError if it cannot be written or would be refused.
 std::string write_calibration(const std::filesystem::path& path, const CalibrationSet& set);

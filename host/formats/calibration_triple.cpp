@@ -49,6 +49,7 @@ Provenance read_provenance(TomlReader& table) {
     out.residual_rms = table.number("residual_rms_um", kResidualUm) / 1e6;
     out.time = table.time("time");
     out.note = table.text_or("note", "");
+    out.validity = read_validity(table, out.time);
     return out;
 }
 
@@ -57,6 +58,7 @@ void write_provenance(TomlWriter& out, const Provenance& provenance) {
     out.number("residual_rms_um", provenance.residual_rms, 1e6);
     out.text("time", provenance.time);
     out.text_unless_empty("note", provenance.note);
+    write_validity(out, provenance.validity);
 }
 
 TripleRecord read_triple(TomlReader& table) {

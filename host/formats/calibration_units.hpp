@@ -101,6 +101,15 @@ void write_covariance(TomlWriter& out, const Covariance<N>& covariance, std::str
 [[nodiscard]] std::string hash_without_hash_line(std::string_view text);
 [[nodiscard]] CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_view text);
 
+/// calibration_records.cpp.
+[[nodiscard]] Validity read_validity(TomlReader& table, const std::string& time);
+void write_validity(TomlWriter& out, const Validity& validity);
+/// Needs all other records of the set.
+void read_cross_covariances(TomlReader& root, CalibrationSet& set);
+void write_cross_covariances(TomlWriter& out, const CalibrationSet& set);
+/// The combined covariance of what cross-covariances join must be one. Throws InputError at `root`.
+void check_joint_covariance(const TomlReader& root, const CalibrationSet& set);
+
 /// calibration_triple.cpp.
 [[nodiscard]] Provenance read_provenance(TomlReader& table);
 void write_provenance(TomlWriter& out, const Provenance& provenance);

@@ -135,6 +135,7 @@ void write_power(TomlWriter& out, const PowerRecord& record) {
     out.numbers("watts", {curve.watts.begin(), curve.watts.begin() + curve.count});
     out.text("time", record.time);
     out.text_unless_empty("note", record.note);
+    write_validity(out, record.validity);
 }
 
 void write_beam(TomlWriter& out, const BeamRecord& record) {
@@ -143,6 +144,7 @@ void write_beam(TomlWriter& out, const BeamRecord& record) {
     out.number("rayleigh_mm", record.rayleigh_length, 1e3);
     out.text("time", record.time);
     out.text_unless_empty("note", record.note);
+    write_validity(out, record.validity);
 }
 
 void write_ray(TomlWriter& out, const SensorRay& ray) {
@@ -193,6 +195,7 @@ void write_records(TomlWriter& out, const CalibrationSet& set) {
     if (set.triple) {
         write_triple(out, *set.triple);
     }
+    write_cross_covariances(out, set);
 }
 
 /// `hash` is left out if empty.

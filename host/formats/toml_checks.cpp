@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <chrono>
 #include <cmath>
-#include <regex>
 #include <string>
 
+#include "host/formats/iso_time.hpp"
 #include "host/formats/text.hpp"
 #include "host/formats/toml_reader.hpp"
 
@@ -15,21 +14,6 @@ namespace {
 constexpr double kShapeTolerance = 1e-6;
 /// Nearer than this a unit vector is left as it is, so that reading and writing does not change it.
 constexpr double kUnitKept = 1e-13;
-
-bool is_calendar_time(const std::string& text) {
-    static const std::regex shape(
-        "([0-9]{4})-([0-9]{2})-([0-9]{2})T([0-9]{2}):([0-9]{2}):([0-9]{2})(\\.[0-9]{1,9})?"
-        "(Z|[-+]([0-9]{2}):([0-9]{2}))");
-    std::smatch part;
-    if (text.size() > 40 || !std::regex_match(text, part, shape)) {
-        return false;
-    }
-    const auto field = [&part](std::size_t i) { return part[i].matched ? std::stoi(part[i].str()) : 0; };
-    const std::chrono::year_month_day day(std::chrono::year(field(1)),
-                                          std::chrono::month(static_cast<unsigned>(field(2))),
-                                          std::chrono::day(static_cast<unsigned>(field(3))));
-    return day.ok() && field(4) < 24 && field(5) < 60 && field(6) <= 60 && field(9) < 24 && field(10) < 60;
-}
 
 }  // namespace
 
@@ -61,7 +45,7 @@ Vec3 TomlReader::unit_vector(std::string_view key) {
 
 std::string TomlReader::time(std::string_view key) {
     const std::string text = this->text(key);
-    if (!is_calendar_time(text)) {
+    if (!parse_iso_time(text)) {
         fail(key, "is not an ISO 8601 time with a zone", shortened(text), "write it like 2026-01-31T12:00:00Z");
     }
     return text;

@@ -53,6 +53,14 @@ TEST_F(BadInput, MissingJob) {
 }
 TEST_F(BadInput, MissingTable) { expect_refused({"--table", "no_table.csv"}, {"no_table.csv"}); }
 TEST_F(BadInput, MissingCalibration) { expect_refused({"--calibration", "no_set.toml"}, {"no_set.toml"}); }
+TEST_F(BadInput, ExpiredCalibration) {
+    edit("calibration.toml", "sha256 = ", "# ");
+    edit("calibration.toml", "[turntable]\n", "[turntable]\nvalid_days = 20.5\n");
+    expect_refused({}, {"calibration.toml", "has expired", "turntable (2026-02-04T21:18:00Z", "--accept-expired"});
+    Program accepted("scribecell", {"scribe", file("job.toml").string(), "--dry-run", "--accept-expired"});
+    EXPECT_EQ(accepted.wait(), 0) << accepted.err();
+    EXPECT_NE(accepted.err().find("warning: "), std::string::npos) << accepted.err();
+}
 TEST_F(BadInput, MissingColumn) {
     write_file(file("table1.csv"), "face_deg,no,my,mz,tx,ty,tz\n0,1,-319.770,-425.944,-314.128,-319.812,-425.964\n");
     expect_refused({}, {"table1.csv", "mx"});

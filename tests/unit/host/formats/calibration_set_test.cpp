@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/formats/calibration_set.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <random>
 
+#include "host/formats/calibration_records.hpp"
+#include "host/formats/iso_time.hpp"
 #include "tests/unit/host/formats/support.hpp"
 
 namespace sc::host {
@@ -51,6 +54,7 @@ void expect_same(const CalibrationSet& a, const CalibrationSet& b) {
     EXPECT_EQ(a.transforms, b.transforms);
     EXPECT_EQ(a.turntable, b.turntable);
     EXPECT_EQ(a.axes, b.axes);
+    EXPECT_EQ(a.cross, b.cross);
     EXPECT_EQ(a.galvo, b.galvo);
     EXPECT_EQ(a.galvo_field, b.galvo_field);
     EXPECT_EQ(a.y_sensor, b.y_sensor);
@@ -235,6 +239,83 @@ TEST(ReadCalibration, KnowsMetresAndInches) {
     EXPECT_DOUBLE_EQ(inch.transforms[0].translation.x, -690.4172 * 0.0254);
     EXPECT_DOUBLE_EQ(inch.transforms[0].covariance.at[3][3], 6.48189e-5 * 0.0254 * 0.0254);
     EXPECT_DOUBLE_EQ(inch.transforms[0].covariance.at[0][0], 8.1e-11);
+}
+
+std::string with_key(const std::string& table, const std::string& line) {
+    return replaced(unsealed(), table + "\n", table + "\n" + line + "\n");
+}
+
+TEST(ReadCalibration, KnowsHowLongARecordHolds) {
+    const TempDir dir;
+    std::string text = with_key("[turntable]", "valid_days = 30.0");
+    text = replaced(text, "[axes]\n", "[axes]\nexpires = \"2026-01-16T00:00:00+01:00\"\n");
+    const CalibrationSet set = read_calibration(dir.write("c.toml", text));
+    EXPECT_EQ(set.turntable->provenance.validity.days, 30.0);
+    using std::chrono::sys_seconds;
+    const sys_seconds turned = *parse_iso_time("2026-02-14T09:18:00Z");
+    EXPECT_EQ(expiry_of(set.turntable->provenance.time, set.turntable->provenance.validity), turned);
+    EXPECT_FALSE(expiry_of(set.transforms[0].provenance.time, set.transforms[0].provenance.validity));
+    EXPECT_TRUE(expired_records(set, *parse_iso_time("2026-01-15T22:59:59Z")).empty());
+    const auto one = expired_records(set, *parse_iso_time("2026-01-15T23:00:00Z"));
+    ASSERT_EQ(one.size(), 1U);
+    EXPECT_EQ(one[0].id, "axes");
+    EXPECT_EQ(iso_time_text(one[0].since), "2026-01-15T23:00:00Z");
+    EXPECT_EQ(expired_records(set, turned).size(), 2U);
+    write_calibration(dir / "d.toml", set);
+    expect_same(read_calibration(dir / "d.toml"), set);
+}
+
+TEST(ReadCalibration, RefusesExpiriesThatAreNone) {
+    const auto bad = [](const std::string& line, const std::string& value, const std::string& problem) {
+        const TempDir dir;
+        const std::string text = with_key("[turntable]", line);
+        const auto path = dir.write("c.toml", text);
+        const std::string last = line.substr(line.rfind('\n') + 1);
+        expect_refusal([&] { static_cast<void>(read_calibration(path)); },
+                       {.file = path.string(), .line = line_with(text, last), .value = value, .problem = problem});
+    };
+    bad("valid_days = 0.0", "0.0", "valid_days");
+    bad("expires = \"tomorrow\"", "tomorrow", "no");
+    bad("expires = \"2026-01-15T09:18:00Z\"", "2026-01-15T09:18:00Z", "not after");
+    bad("valid_days = 3.0\nexpires = \"2027-01-15T09:18:00Z\"", "2027-01-15T09:18:00Z", "beside valid_days");
+}
+
+/// h_from_c and the turntable's axis, estimated together: correlation r of tx and px.
+CrossCovariance joined_estimate(const CalibrationSet& set, double r) {
+    CrossCovariance cross{.between = {"h_from_c", "turntable"}, .at = {6, std::vector<double>(4, 0.0)}};
+    cross.at[3][0] = r * std::sqrt(set.transforms[0].covariance.at[3][3] * set.turntable->covariance.at[0][0]);
+    return cross;
+}
+
+TEST(WriteCalibration, RoundTripsCrossCovariances) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    set.cross = {joined_estimate(set, 0.3)};
+    const std::string hash = write_calibration(dir / "c.toml", set);
+    const CalibrationSet again = read_calibration(dir / "c.toml");
+    ASSERT_EQ(again.cross.size(), 1U);
+    EXPECT_DOUBLE_EQ(again.cross[0].at[3][0], set.cross[0].at[3][0]);
+    EXPECT_EQ(write_calibration(dir / "d.toml", again), hash);
+    const auto blocks = covariance_blocks(again);
+    ASSERT_EQ(blocks[1].id, "turntable");
+    const auto joint = joint_covariance(again, blocks);
+    EXPECT_EQ(joint[3][6], again.cross[0].at[3][0]);
+    EXPECT_EQ(joint[6][3], joint[3][6]);
+    EXPECT_EQ(joint[0][0], again.transforms[0].covariance.at[0][0]);
+    EXPECT_EQ(joint[9][9], again.turntable->covariance.at[3][3]);
+}
+
+TEST(WriteCalibration, RefusesCrossCovariancesThatCannotBe) {
+    const TempDir dir;
+    CalibrationSet set = read_calibration(kExample);
+    set.cross = {joined_estimate(set, 0.99)};  // tx itself hangs on the rotations
+    EXPECT_THROW(write_calibration(dir / "c.toml", set), InputError);
+    set.cross = {joined_estimate(set, 0.1), joined_estimate(set, 0.1)};
+    EXPECT_THROW(write_calibration(dir / "c.toml", set), InputError);
+    set.cross = {joined_estimate(set, 0.1)};
+    set.cross[0].between[1] = "power";
+    EXPECT_THROW(write_calibration(dir / "c.toml", set), InputError);
+    EXPECT_EQ(dir.files(), 0U);
 }
 
 TEST(ReadCalibration, HoldsTheContentAgainstItsHash) {
