@@ -8,7 +8,7 @@
 
 #include "shared/geometry/vec.hpp"
 
-/// Rigid motions for the estimators of this folder, in Eigen's types; none of it leaves the folder.
+/// Rigid motions for the estimators of this folder and of host/registration, in Eigen's types.
 
 namespace sc::host {
 

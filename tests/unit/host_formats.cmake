@@ -15,7 +15,10 @@ sc_test(host_calibration_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/calibration/galvo_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/hand_eye_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/lag_fit_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/marker_check_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/rigid_fit_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/transforms_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/turntable_fit_test.cpp
   DEPS host_calibration)
 sc_test(host_formats_geometry_test LABEL unit
   SOURCES ${dir}/mesh_test.cpp ${dir}/scan_test.cpp
