@@ -8,6 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "boards/sim/rig/chain_sets.hpp"
 #include "boards/sim/rig/hand_eye_sets.hpp"
 #include "boards/sim/rig/place_sets.hpp"
 
@@ -25,6 +26,8 @@ constexpr const char* kExamples = R"(Examples:
       a mobile target in two frames
   scribecell-rig axis --out sets --angles 8 --arc-deg 90
       markers on a turntable
+  scribecell-rig chain --out sets --references ring --robot dh --pointing-um 10
+      a whole cell: scan set, targets, places pointed at; 36 marks on four faces for those who judge
 
 Exit codes: 0 done; 1 a file cannot be written; 2 bad usage.)";
 
@@ -43,6 +46,12 @@ struct Words {
     double bad_deg = 0.0;
     double pointing_um = 10.0;
     double arc_deg = 360.0;
+    sc::sim::ChainSetOptions chain;
+    std::string references = "ring";
+    std::string robot = "repeatable";
+    double sensor_um = 7.5;
+    double table_mdeg = 0.5;
+    double wrong_angle_deg = 0.0;
 };
 
 CLI::App* add_kind(CLI::App& app, const char* name, const char* what, Words& words) {
@@ -112,6 +121,42 @@ void add_places(CLI::App& app, Words& words) {
     });
 }
 
+void add_chain(CLI::App& app, Words& words) {
+    CLI::App* sub = add_kind(app, "chain", "A whole cell: sensor on a robot, turntable, references, targets.", words);
+    sub->add_option("--references", words.references, "ring of 24, or a corner target with 5 markers")
+        ->check(CLI::IsMember({"ring", "corner"}))
+        ->capture_default_str();
+    sub->add_option("--robot", words.robot, "repeatable, or with errors of its own geometry (some 0.35 mm)")
+        ->check(CLI::IsMember({"repeatable", "dh"}))
+        ->capture_default_str();
+    sub->add_option("--pointing-um", words.pointing_um, "noise across the beam")->check(CLI::Range(0.0, 1e4));
+    sub->add_option("--sensor-um", words.sensor_um, "noise of a coordinate")->check(CLI::Range(1e-3, 1e4));
+    sub->add_option("--table-mdeg", words.table_mdeg, "noise of an angle")->check(CLI::Range(1e-4, 1e4));
+    sub->add_option("--angles", words.chain.angles, "of the table, with the board")->check(CLI::Range(3, 60));
+    sub->add_option("--mobile", words.chain.mobile, "markers of the mobile target")->check(CLI::Range(3, 99));
+    sub->add_option("--wrong", words.chain.wrong, "sightings that are somewhere else")->check(CLI::Range(0, 99));
+    sub->add_option("--swapped", words.chain.swapped, "views with two numbers swapped")->check(CLI::Range(0, 99));
+    sub->add_option("--wrong-angle-deg", words.wrong_angle_deg, "one angle is read so far off")
+        ->check(CLI::Range(-180.0, 180.0));
+    sub->add_flag("--clouds", words.chain.clouds, "clouds of the workpiece too");
+    sub->callback([&words] {
+        sc::sim::ChainSetOptions set = words.chain;
+        set.seed = words.seed;
+        set.sets = words.sets;
+        set.references = words.references == "ring" ? sc::sim::ChainSetOptions::References::ring
+                                                    : sc::sim::ChainSetOptions::References::corner;
+        set.pointing = words.pointing_um * 1e-6;
+        set.sensor = words.sensor_um * 1e-6;
+        set.table = words.table_mdeg * 1e-3 * kDegree;
+        set.wrong_angle = words.wrong_angle_deg * kDegree;
+        if (words.robot == "dh") {
+            set.dh_length = 2.5e-4;
+            set.dh_angle = 0.025 * kDegree;
+        }
+        sc::sim::write_chain_sets(words.out, set);
+    });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -122,6 +167,7 @@ int main(int argc, char** argv) {
         Words words;
         add_hand_eye(app, words);
         add_places(app, words);
+        add_chain(app, words);
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& error) {
