@@ -13,6 +13,8 @@ constexpr const char* kExamples = R"(Examples:
       field correction of the galvo, from crosses burnt in the simulated cell
   scribecell calibrate galvo-lag --out lag1
       how the mirrors follow: latency, natural frequency and damping, from lines burnt in the simulated cell
+  scribecell calibrate stereo --left left*.png --right right*.png --board 9x6 --square 25
+      a pair of cameras, from pictures of a chessboard or a grid of dots; calibrate camera: one
   scribecell calibrate hand-eye --robot-poses robot.csv --target clouds.csv
       where the 3-D sensor sits on the robot, from views of a fixed target
   scribecell calibrate rigid --from c.csv --to h.csv --name h_from_c
@@ -36,6 +38,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_axes(*calibrate, exit_code);
     add_calibrate_galvo_field(*calibrate, exit_code);
     add_calibrate_galvo_lag(*calibrate, exit_code);
+    add_calibrate_cameras(*calibrate, exit_code);
     add_calibrate_hand_eye(*calibrate, exit_code);
     add_calibrate_rigid(*calibrate, exit_code);
     add_calibrate_axis(*calibrate, exit_code);
