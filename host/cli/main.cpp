@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_protocol(app, exit_code);
+        sc::host::cli::add_eds(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_version(app, exit_code);
         sc::host::cli::add_bench(app, exit_code);

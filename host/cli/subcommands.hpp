@@ -27,6 +27,7 @@ void add_blackbox(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_protocol(CLI::App& app, int& exit_code);
+void add_eds(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_version(CLI::App& app, int& exit_code);
 void add_bench(CLI::App& app, int& exit_code);

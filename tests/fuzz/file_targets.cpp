@@ -12,6 +12,7 @@
 
 #include "host/formats/blank_model.hpp"
 #include "host/formats/calibration_set.hpp"
+#include "host/formats/eds.hpp"
 #include "host/formats/error.hpp"
 #include "host/formats/job.hpp"
 #include "host/formats/journal.hpp"
@@ -79,6 +80,7 @@ constexpr std::array kTargets{
     Target{"scan_set", toml<host::read_scan_set>},
     Target{"target", toml<host::read_target>},
     Target{"stand", toml<host::read_stand>},
+    Target{"eds", [](Bytes input) { read_as<host::read_eds>(input, "eds"); }},
     Target{"station_job", toml<host::read_station_job>},
     Target{"stations", csv<host::read_stations>},
     Target{"known", csv<host::read_known>},

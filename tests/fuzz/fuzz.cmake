@@ -17,7 +17,7 @@ target_link_options(scribecell-fuzz PRIVATE -fsanitize=fuzzer)
 set_target_properties(scribecell-fuzz PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 
 set(wire_targets endpoint serial host_wire can block machine_config axis_map recording trace sensors drive mopa)
-set(file_targets job calibration recipe part blank_model scan_set target stand station_job stations known points route table
+set(file_targets job calibration recipe part blank_model scan_set target stand eds station_job stations known points route table
   plate_plan measured_crosses lag_plan lag_marks journal pulse_trace sample_header mesh_stl mesh_obj scan_ply scan_pcd scan_xyz)
 foreach(target IN LISTS wire_targets file_targets)
   set(runs 3000)
