@@ -7,6 +7,7 @@ sc_test(unit_shared_hash LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/shared/wire/bytes_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/shared/trace/trace_test.cpp
   DEPS shared_hash shared_wire shared_trace)
+sc_test(unit_shared_crypto LABEL unit SOURCES ${CMAKE_CURRENT_LIST_DIR}/shared/crypto/cmac_test.cpp DEPS shared_crypto)
 sc_test(unit_shared_path LABEL unit
   SOURCES
     ${CMAKE_CURRENT_LIST_DIR}/shared/path/block_test.cpp
