@@ -21,7 +21,7 @@ inline constexpr std::size_t kSharedRamFileBytes = std::size_t{16} << 20U;
 /// The PC's "SCPC" and the core's "SCM7". Without the first the core runs free, with its link on UART0.
 inline constexpr std::uint32_t kPcMagic = 0x4350'4353;
 inline constexpr std::uint32_t kCoreMagic = 0x374D'4353;
-inline constexpr std::uint32_t kLayoutVersion = 4;
+inline constexpr std::uint32_t kLayoutVersion = 5;
 
 /// How far the core is. `halted` is final: the fault record says why.
 enum class CoreState : std::uint32_t { starting = 0, ready = 1, halted = 2 };
@@ -32,6 +32,7 @@ enum class Request : std::uint32_t {
     count_loops = 3,    ///< fill in loop_instructions: the counter tried on loops of known length
     provoke_fault = 4,  ///< execute an undefined instruction, so that a test sees the fault record
     exhaust_stack = 5,  ///< call itself without end, for the same
+    fit_key = 6,        ///< take the key: before the first tick
 };
 enum class Answer : std::uint32_t { none = 0, done = 1, bad_inputs = 2, bad_outputs = 3, bad_request = 4 };
 
@@ -95,6 +96,8 @@ struct SharedRam {
     std::uint32_t plan_instructions = 0;
     std::uint32_t first_fault = 0;
     std::array<std::uint32_t, kLoops> loop_instructions{};
+    std::array<std::uint8_t, 16> seal_key{};
+    std::array<std::uint8_t, 16> seal_entropy{};
     std::array<std::uint8_t, (recording::kInputsImageCapacity + 7) / 8 * 8> inputs{};
     std::array<std::uint8_t, (recording::kOutputsImageCapacity + 7) / 8 * 8> outputs{};
 };
@@ -102,7 +105,7 @@ struct SharedRam {
 static_assert(sizeof(SharedRam::config) >= link::kConfigSize);
 static_assert(std::is_trivially_copyable_v<SharedRam> && std::is_standard_layout_v<SharedRam>);
 static_assert(offsetof(SharedRam, core_magic) == 1280 && offsetof(SharedRam, schema_hash) == 1288 &&
-              offsetof(SharedRam, request) == 1368 && offsetof(SharedRam, inputs) == 1368 + 36 + 4 * kLoops);
+              offsetof(SharedRam, request) == 1368 && offsetof(SharedRam, inputs) == 1368 + 36 + 4 * kLoops + 32);
 static_assert(sizeof(SharedRam) <= kSharedRamFileBytes);
 
 }  // namespace sc::mps2_an500

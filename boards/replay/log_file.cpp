@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "boards/replay/build_id.hpp"
+#include "shared/link/seal.hpp"
 
 namespace sc::replay {
 
@@ -31,6 +32,11 @@ LogFile::LogFile(const Options& options) : name_(options.file.string()) {
     header.machine = options.machine;
     header.boot_id = options.boot_id;
     header.plan_units = options.plan_units;
+    if (options.seal) {
+        header.sealed = true;
+        header.key_check = link::seal_key_check(options.seal->key);
+        header.entropy = options.seal->entropy;
+    }
     const std::string id = build_id();
     std::copy_n(id.begin(), std::min(id.size(), header.build_id.size()), header.build_id.begin());
     store(writer_.begin(header, options.limit_bytes));

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "firmware/hal/io.hpp"
+#include "firmware/link/seal_gate.hpp"
 #include "firmware/recording/digest.hpp"
 #include "firmware/recording/log_writer.hpp"
 #include "shared/machine/machine.hpp"
@@ -25,6 +27,7 @@ public:
         MachineConfig machine;
         std::uint32_t boot_id = 0;
         std::uint32_t plan_units = 0;
+        std::optional<link::SealSecret> seal{};  ///< its key is not written, only what tells it from others
     };
     /// Makes the file, or empties it. Throws std::system_error when that fails, std::invalid_argument for a limit below
     /// LogWriter::kLeastLimit.

@@ -3,12 +3,14 @@
 #include <exception>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include "boards/replay/key_file.hpp"
 #include "boards/replay/log_file.hpp"
 #include "boards/replay/replay_files.hpp"
 #include "boards/replay/replay_text.hpp"
@@ -35,6 +37,7 @@ struct Arguments {
     std::string log;
     std::optional<std::int64_t> until;
     std::optional<unsigned> paint;
+    std::string key;
     std::string out;
     bool print_state = false;
     bool json = false;
@@ -46,6 +49,7 @@ void describe(CLI::App& app, Arguments& a) {
     app.add_option_function<std::int64_t>(
            "--until", [&a](const std::int64_t& tick) { a.until = tick; }, "last tick to run")
         ->type_name("TICK");
+    app.add_option("--key", a.key, "file of the key, for a log of a cell that took sealed commands")->type_name("FILE");
     app.add_flag("--print-state", a.print_state, "tell how the controller stands after the last tick");
     app.add_option("--out", a.out, "folder for ticks.csv and commands.csv")->type_name("DIR");
     app.add_flag("--json", a.json, "one JSON object on stdout");
@@ -60,6 +64,9 @@ int run(const Arguments& a) {
     std::optional<sc::replay::ReplayFiles> files;
     sc::replay::ReplayOptions options;
     options.until = a.until;
+    if (!a.key.empty()) {
+        options.key = sc::replay::read_key_file(a.key);
+    }
     if (a.paint) {
         options.paint = static_cast<std::uint8_t>(*a.paint);
     }
@@ -73,6 +80,12 @@ int run(const Arguments& a) {
     if (replayer->problem() != sc::recording::LogEnd::none) {
         std::fprintf(stderr, "scribecell-replay: %s\n",
                      sc::replay::problem_text(a.log, replayer->problem(), replayer->reader()).c_str());
+        return kBadInput;
+    }
+    if (replayer->lacks_key()) {
+        std::fprintf(stderr,
+                     "scribecell-replay: %s: this cell took sealed commands only, with %s; give its key: --key FILE\n",
+                     a.log.c_str(), a.key.empty() ? "a key that is not in the log" : "another key than this");
         return kBadInput;
     }
     if (!a.out.empty()) {
@@ -124,6 +137,9 @@ int main(int argc, char** argv) {
             return app.exit(error) == 0 ? 0 : kBadInput;
         }
         return run(arguments);
+    } catch (const std::invalid_argument& error) {
+        std::fprintf(stderr, "scribecell-replay: %s\n", error.what());
+        return kBadInput;
     } catch (const std::system_error& error) {
         std::fprintf(stderr, "scribecell-replay: %s\n", error.what());
         return kBadInput;

@@ -21,6 +21,8 @@ public:
     PaintedController& operator=(const PaintedController&) = delete;
     ~PaintedController();
 
+    /// Once, before the first tick.
+    void fit_key(const link::SealSecret& secret) { controller_->fit_key(secret); }
     /// servo_step, then `plan_units` of plan_step. The outputs are valid until the next tick.
     const ServoOutputs& tick(const ServoInputs& inputs, std::uint32_t plan_units);
     [[nodiscard]] const Controller& controller() const noexcept { return *controller_; }

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 
+#include "shared/link/seal.hpp"
 #include "shared/trace/trace.hpp"
 
 namespace sc::replay {
@@ -33,7 +34,15 @@ Replayer::Replayer(std::span<const std::uint8_t> log, const ReplayOptions& optio
     : options_(options), reader_(log), problem_(reader_.end()) {
     if (problem_ == LogEnd::none) {
         controller_.emplace(reader_.header().machine, reader_.header().boot_id, options_.paint);
+        if (reader_.header().sealed && options_.key) {
+            controller_->fit_key({*options_.key, reader_.header().entropy});
+        }
     }
+}
+
+bool Replayer::lacks_key() const noexcept {
+    const recording::LogHeader& header = reader_.header();
+    return header.sealed && (!options_.key || link::seal_key_check(*options_.key) != header.key_check);
 }
 
 void Replayer::run_tick(ReplayResult& result) {

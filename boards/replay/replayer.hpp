@@ -13,6 +13,7 @@
 #include "firmware/recording/digest.hpp"
 #include "firmware/recording/log_reader.hpp"
 #include "firmware/safety/supervisor.hpp"
+#include "shared/crypto/aes128.hpp"
 #include "shared/hash/sha256.hpp"
 
 namespace sc::replay {
@@ -20,6 +21,7 @@ namespace sc::replay {
 struct ReplayOptions {
     std::optional<std::int64_t> until;  ///< last tick to run
     std::optional<std::uint8_t> paint;  ///< pattern of the memory, see PaintedController
+    std::optional<crypto::Key> key{};   ///< of a controller that took sealed commands
     /// Called after each tick that is equal, and after the one that differs.
     std::function<void(const ServoInputs&, const ServoOutputs&)> on_tick{};
 };
@@ -62,6 +64,8 @@ public:
 
     /// LogEnd::none if the log can be run.
     [[nodiscard]] recording::LogEnd problem() const noexcept { return problem_; }
+    /// The log was made with a key, and the options' is not that one. It must not be run then.
+    [[nodiscard]] bool lacks_key() const noexcept;
     [[nodiscard]] const recording::LogReader& reader() const noexcept { return reader_; }
     /// Once. Without a usable log there is nothing to run.
     ReplayResult run();

@@ -59,6 +59,7 @@ std::unique_ptr<replay::LogFile> open_record(const CellOptions& options, const M
     log.machine = machine;
     log.boot_id = options.boot_id;
     log.plan_units = motion::kUnitsPerTick;
+    log.seal = options.seal;
     return std::make_unique<replay::LogFile>(log);
 }
 
@@ -77,6 +78,9 @@ SimCell::SimCell(const CellOptions& options)
       record_(open_record(options_, start_.machine)),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {
     controller_->keep_parameters_in(options_.memory.empty() ? nullptr : &parameters_, start_.generation);
+    if (options_.seal) {
+        controller_->fit_key(*options_.seal);
+    }
 }
 
 void SimCell::push_link(std::span<const std::uint8_t> bytes) { link_->push_host(bytes); }

@@ -17,6 +17,7 @@
 #include "boards/sim/plant/cell_plant.hpp"
 #include "boards/sim/retained_file.hpp"
 #include "boards/sim/world/world.hpp"
+#include "firmware/link/seal_gate.hpp"
 #include "shared/codes/state.hpp"
 #include "shared/machine/machine.hpp"
 
@@ -34,8 +35,9 @@ struct CellOptions {
     std::uint32_t baud = 921'600;
     LinkCarrier carrier = LinkCarrier::serial;
     std::uint32_t boot_id = 1;
-    bool command_trace = false;  ///< write command.trace too
-    PulseSink on_pulse{};        ///< called besides the trace; may be empty
+    std::optional<link::SealSecret> seal{};  ///< the controller takes sealed commands only
+    bool command_trace = false;              ///< write command.trace too
+    PulseSink on_pulse{};                    ///< called besides the trace; may be empty
     MakeController controller = make_local_controller;
 };
 

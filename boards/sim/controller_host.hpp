@@ -9,6 +9,7 @@
 #include "boards/sim/board_figures.hpp"
 #include "firmware/controller/controller.hpp"
 #include "firmware/hal/io.hpp"
+#include "firmware/link/seal_gate.hpp"
 #include "firmware/motion/path_motion.hpp"
 #include "shared/machine/machine.hpp"
 
@@ -27,6 +28,8 @@ public:
     virtual void tick(const ServoInputs& inputs, ServoOutputs& outputs) = 0;
     /// Where the controller keeps its parameters; once, before the first tick. A board that keeps none does nothing.
     virtual void keep_parameters_in(ParameterMemory* /*memory*/, std::uint32_t /*generation*/) {}
+    /// From now on host messages count only if they are sealed; once, before the first tick.
+    virtual void fit_key(const link::SealSecret& secret) = 0;
     /// The first fault since the start or the last reset.
     [[nodiscard]] virtual Fault first_fault() const = 0;
     /// Name of the board, as the folder below boards/ has it.
@@ -52,6 +55,7 @@ public:
     void keep_parameters_in(ParameterMemory* memory, std::uint32_t generation) override {
         controller_.keep_parameters_in(memory, generation);
     }
+    void fit_key(const link::SealSecret& secret) override { controller_.fit_key(secret); }
     [[nodiscard]] Fault first_fault() const override { return controller_.first_fault().fault; }
 
 private:

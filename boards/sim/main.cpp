@@ -12,6 +12,7 @@
 #include <spdlog/spdlog.h>
 
 #include "boards/mps2_an500/pc/m7_controller.hpp"
+#include "boards/replay/key_file.hpp"
 #include "boards/sim/cell.hpp"
 #include "boards/sim/lock_step.hpp"
 #include "boards/sim/machine_keys.hpp"
@@ -33,6 +34,8 @@ constexpr const char* kExamples = R"(Examples:
       as the host starts it: virtual time, over the inherited socket 3
   scribecell-cell --lockstep cell.socket --memory retained.bin --out run3
       virtual time for one host after another (scribecell ... --link lockstep:cell.socket)
+  scribecell-cell --tcp 7000 --key cell.key
+      a cell that takes sealed commands only (scribecell ... --link tcp:127.0.0.1:7000 --key cell.key)
   scribecell-cell --lockstep-fd 3 --controller m7
       the same, with the controller on a Cortex-M7 in QEMU
 
@@ -66,6 +69,7 @@ struct Arguments {
     std::string controller = "local";
     std::string m7_image;
     std::string record;
+    std::string key;
     double record_limit_mb = 100.0;
     double prr_nominal_hz = 0.0;
     std::vector<std::string> machine;
@@ -92,6 +96,9 @@ void describe(CLI::App& app, Arguments& a) {
     app.add_option("--m7-image", a.m7_image, "image for --controller m7 (default: what the preset m7 builds)")
         ->type_name("FILE");
     app.add_option("--record", a.record, "log of the controller's inputs, for scribecell-replay (default: none)");
+    app.add_option("--key", a.key,
+                   "file of 32 hex digits: the controller takes commands sealed with this key only (default: any)")
+        ->type_name("FILE");
     app.add_option("--record-limit", a.record_limit_mb, "MB; the log ends there, the cell goes on")
         ->check(CLI::Range(0.1, 1e6))
         ->capture_default_str();
@@ -170,6 +177,9 @@ sc::sim::CellOptions options_of(const Arguments& a) {
         options.machine.laser.prr_nominal = sc::Frequency::from_si(a.prr_nominal_hz);
     }
     sc::sim::set_machine(options.machine, a.machine);
+    if (!a.key.empty()) {
+        options.seal = sc::replay::secret_of(sc::replay::read_key_file(a.key));
+    }
     options.memory = a.memory;
     options.record = a.record;
     options.record_limit_bytes = static_cast<std::uint64_t>(a.record_limit_mb * 1e6);

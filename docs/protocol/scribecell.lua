@@ -1,5 +1,5 @@
 -- SPDX-License-Identifier: Apache-2.0
--- scribecell's link 1.2 for Wireshark and tshark. Made by `scribecell protocol --write`; see docs/protocol.md.
+-- scribecell's link 1.3 for Wireshark and tshark. Made by `scribecell protocol --write`; see docs/protocol.md.
 -- tshark -X lua_script:scribecell.lua -r CAPTURE.pcap -V
 
 local CAN_TO_HOST = 0x100 -- identifier of frames
@@ -9,6 +9,7 @@ local LAST = 0x40 -- in the first byte of a frame
 local SEQUENCE = 0x3f -- in the first byte of a frame
 local OVERHEAD = 7 -- bytes of a message besides its payload
 local LONGEST = 247 -- bytes of a message
+local SEAL = 8 -- bytes behind the fields of a sealed message
 local LONGEST_RUN = 224 -- bytes of a field of type bytes
 local HELLO = 1 -- message that begins a new count
 local HELLO_REPLY = 64 -- message that begins a new count
@@ -16,6 +17,7 @@ local HANDSHAKE_CRC = 0x64ca1c23 -- CRC-32 of the data id of these two
 
 -- CRC-32 of each minor version's schema hash, which goes before the message.
 local versions = {
+    { minor = 3, crc = 0x6722b3ff }, -- schema 0xa469fb52f2f5805e
     { minor = 2, crc = 0xea785bf2 }, -- schema 0x0eb085b5844e0bc5
     { minor = 1, crc = 0x311ee865 }, -- schema 0xbfd3e071dc893732
     { minor = 0, crc = 0x8746cc85 }, -- schema 0x51d71a83279a0873
@@ -138,6 +140,17 @@ local messages = {
         { name = "samples", type = "u8", count = 1 },
     } },
     [22] = { name = "sensors_request", to_controller = true, fields = {
+    } },
+    [23] = { name = "seal_request", to_controller = true, fields = {
+        { name = "session", type = "u32", count = 1 },
+        { name = "nonce", type = "u8", count = 16 },
+    } },
+    [24] = { name = "seal_hello", to_controller = true, fields = {
+        { name = "session", type = "u32", count = 1 },
+        { name = "challenge", type = "u32", count = 1 },
+        { name = "heartbeat_timeout_ms", type = "u16", count = 1 },
+        { name = "first", type = "u16", count = 1 },
+        { name = "proof", type = "u8", count = 8 },
     } },
     [64] = { name = "hello_reply", to_controller = false, fields = {
         { name = "schema", type = "u64", count = 1 },
@@ -266,6 +279,13 @@ local messages = {
         { name = "shift", type = "i32", count = 1 },
         { name = "seating", type = "i32", count = 3 },
     } },
+    [81] = { name = "seal_challenge", to_controller = false, fields = {
+        { name = "session", type = "u32", count = 1 },
+        { name = "challenge", type = "u32", count = 1 },
+        { name = "nonce", type = "u8", count = 16 },
+        { name = "proof", type = "u8", count = 8 },
+        { name = "blocks_per_s", type = "u32", count = 1 },
+    } },
 }
 
 local link = Proto("scribecell", "scribecell link")
@@ -290,6 +310,7 @@ local pf = {
     crc = ProtoField.uint32("scribecell.crc", "Checksum", base.HEX),
     crc_good = ProtoField.bool("scribecell.crc_good", "Checksum is right"),
     minor = ProtoField.uint8("scribecell.minor", "Minor version of the schema", base.DEC),
+    tag = ProtoField.bytes("scribecell.tag", "Seal"),
     lost = ProtoField.uint32("scribecell.lost", "Messages lost before", base.DEC),
     repeated = ProtoField.bool("scribecell.repeated", "Repeated or late"),
 }
@@ -418,7 +439,7 @@ end
 
 -- Messages ----------------------------------------------------------------------------------------------------------
 
--- Adds the fields of a payload; false when they do not come out.
+-- Adds the fields of a payload; false when they do not come out. A seal may stand behind what a host sends.
 local function add_fields(message, tvb, tree)
     local at = 0
     for _, field in ipairs(message.fields) do
@@ -448,6 +469,10 @@ local function add_fields(message, tvb, tree)
                 at = at + field.size
             end
         end
+    end
+    if message.to_controller and tvb:len() - at == SEAL then
+        tree:add(pf.tag, tvb(at, SEAL))
+        return true
     end
     return at == tvb:len()
 end

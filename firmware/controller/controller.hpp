@@ -45,12 +45,19 @@ public:
         generation_in_force_ = generation;
     }
 
+    /// From now on host messages count only if they are sealed (firmware/link/seal_gate.hpp). Once, before the first
+    /// step; never called, nothing of it runs.
+    void fit_key(const link::SealSecret& secret) noexcept { link_.fit_key(secret); }
+
     /// Each control period, hard. Bounded by the frames, bytes and pulses of one tick.
     void servo_step(const ServoInputs& in, ServoOutputs& out) noexcept;
     /// Look-ahead planning: up to `units` elements of work. Pre-emptible by servo_step on boards that make it so; what
     /// it does takes effect at a tick that was fixed when the task began. A board that gives fewer than
-    /// motion::kUnitsPerTick a tick is late.
-    void plan_step(std::uint32_t units) noexcept { runner_.work(units); }
+    /// motion::kUnitsPerTick a tick is late. With a key it checks seals first.
+    void plan_step(std::uint32_t units) noexcept {
+        link_.check_seals();
+        runner_.work(units);
+    }
 
     [[nodiscard]] State state() const noexcept { return supervisor_.state(); }
     [[nodiscard]] std::uint64_t faults() const noexcept { return supervisor_.faults(); }

@@ -4,62 +4,10 @@
 #include <algorithm>
 #include <type_traits>
 
+#include "firmware/link/event_of.hpp"
 #include "shared/hash/crc.hpp"
 
 namespace sc::link {
-namespace {
-
-/// Which event a request becomes, and where its content goes.
-template <LinkEvent::Kind Kind, auto Body>
-struct Event {
-    static constexpr LinkEvent::Kind kKind = Kind;
-    static constexpr auto kBody = Body;
-};
-template <class Message>
-struct EventOf;
-template <>
-struct EventOf<Command> : Event<LinkEvent::Kind::command, &LinkEvent::command> {};
-template <>
-struct EventOf<JobOpen> : Event<LinkEvent::Kind::job_open, &LinkEvent::job_open> {};
-template <>
-struct EventOf<JobResume> : Event<LinkEvent::Kind::job_resume, &LinkEvent::job_resume> {};
-template <>
-struct EventOf<PositionRequest> : Event<LinkEvent::Kind::position_request, &LinkEvent::position_request> {};
-template <>
-struct EventOf<SetCompensation> : Event<LinkEvent::Kind::compensation, &LinkEvent::compensation> {};
-template <>
-struct EventOf<MapChunk> : Event<LinkEvent::Kind::map_chunk, &LinkEvent::map_chunk> {};
-template <>
-struct EventOf<SetMap> : Event<LinkEvent::Kind::set_map, &LinkEvent::set_map> {};
-template <>
-struct EventOf<SetGalvoField> : Event<LinkEvent::Kind::galvo_field, &LinkEvent::galvo_field> {};
-template <>
-struct EventOf<SetPowerCurve> : Event<LinkEvent::Kind::power_curve, &LinkEvent::power_curve> {};
-template <>
-struct EventOf<SetGalvoLag> : Event<LinkEvent::Kind::galvo_lag, &LinkEvent::galvo_lag> {};
-template <>
-struct EventOf<SetSurface> : Event<LinkEvent::Kind::surface, &LinkEvent::surface> {};
-template <>
-struct EventOf<CheckSeating> : Event<LinkEvent::Kind::seating, &LinkEvent::seating> {};
-template <>
-struct EventOf<StoreParameters> : Event<LinkEvent::Kind::store_parameters, &LinkEvent::store_parameters> {};
-
-using RequestMessages =
-    MessageList<Command, JobOpen, JobResume, PositionRequest, SetCompensation, MapChunk, SetMap, SetGalvoField,
-                SetPowerCurve, SetGalvoLag, SetSurface, CheckSeating, StoreParameters>;
-
-/// The payload has been decoded once, so this cannot fail.
-template <class... Message>
-void read_body(MessageList<Message...> /*list*/, LinkEvent::Kind kind, std::span<const std::uint8_t> payload,
-               LinkEvent& out) noexcept {
-    const auto read = [&]<class M>(const M* /*type*/) noexcept {
-        return kind == EventOf<M>::kKind && (static_cast<void>(decode_payload(payload, out.*EventOf<M>::kBody)), true);
-    };
-    static_cast<void>((read(static_cast<const Message*>(nullptr)) || ...));
-}
-
-}  // namespace
-
 Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const EndpointOptions& options) noexcept
     : config_crc_(0),
       boot_id_(boot_id),
@@ -75,7 +23,16 @@ Endpoint::Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const En
 
 void Endpoint::receive(std::int64_t tick, std::span<const std::uint8_t> bytes) noexcept {
     tick_ = tick;
-    receiver_.receive(bytes, [this](const Envelope& envelope) noexcept { take(envelope); });
+    if (gate_.fitted()) {
+        take_checked();
+    }
+    receiver_.receive(bytes, [this](const Envelope& envelope) noexcept {
+        if (gate_.fitted()) {
+            sift(envelope);
+        } else {
+            take(envelope);
+        }
+    });
     stream_.step(items_per_tick_);
 }
 
@@ -92,7 +49,7 @@ void Endpoint::take(const Envelope& envelope) noexcept {
         take_block(envelope.payload);
         return;
     }
-    const Dispatch result = dispatch(HostMessages{}, envelope, [this, &envelope](const auto& message) noexcept {
+    const Dispatch result = dispatch(PlainHostMessages{}, envelope, [this, &envelope](const auto& message) noexcept {
         if constexpr (std::is_same_v<decltype(message), const Hello&>) {
             on_hello(message, envelope.counter);
         } else {
@@ -145,13 +102,17 @@ void Endpoint::on_hello(const Hello& hello, std::uint16_t counter) noexcept {
     } else {
         ++counters_.hellos_refused;
     }
+    answer_hello(hello.session, refusal);
+}
+
+void Endpoint::answer_hello(std::uint32_t session, Refusal refusal) noexcept {
     HelloReply reply;
     // To a peer that is refused: the newest that is spoken here, so that it may choose an older one.
     const std::uint8_t minor = refusal == Refusal::none ? minor_ : newest_minor_;
     reply.schema = kSchemaHashes[minor];
     reply.minor = minor;
     reply.refusal = static_cast<std::uint16_t>(refusal);
-    reply.session = hello.session;
+    reply.session = session;
     reply.boot = boot_id_;
     reply.config_bytes = static_cast<std::uint16_t>(config_.size());
     reply.config_crc = config_crc_;
@@ -263,19 +224,6 @@ bool Endpoint::alive(std::int64_t tick) const noexcept { return session_open_ &&
 
 // --- the controller's side ----------------------------------------------------------------------------------------
 
-bool Endpoint::poll(LinkEvent& out) noexcept {
-    if (event_count_ == 0) {
-        out.kind = LinkEvent::Kind::none;
-        return false;
-    }
-    const Pending& event = events_[event_head_];
-    out.kind = event.kind;
-    read_body(RequestMessages{}, event.kind, std::span(event.payload).first(event.size), out);
-    event_head_ = (event_head_ + 1) % kEvents;
-    --event_count_;
-    return true;
-}
-
 void Endpoint::reply(std::uint32_t sequence, Refusal refusal, std::int64_t detail) noexcept {
     replies_.answer(sequence, refusal, detail);
 }
@@ -311,9 +259,10 @@ void Endpoint::progress(std::uint32_t planned, std::uint32_t fired, const FiredP
 
 LinkCounters Endpoint::counters() const noexcept {
     LinkCounters all = counters_;
-    all.frames_bad += receiver_.frames_bad();
+    all.seals = gate_.counters();
+    all.frames_bad += receiver_.frames_bad() + all.seals.wrong + all.seals.dropped;
     all.messages_lost = watch_.lost();
-    all.messages_repeated = watch_.repeated();
+    all.messages_repeated = watch_.repeated() + all.seals.stale;
     all.items_repeated = stream_.items_repeated();
     all.blocks_ahead = stream_.blocks_ahead();
     return all;

@@ -9,6 +9,7 @@
 
 #include "firmware/link/job_stream.hpp"
 #include "firmware/link/reply_memory.hpp"
+#include "firmware/link/seal_gate.hpp"
 #include "firmware/link/telemetry_sender.hpp"
 #include "shared/link/config.hpp"
 #include "shared/link/counter.hpp"
@@ -68,6 +69,7 @@ struct LinkCounters {
     std::uint32_t blocks_ahead = 0;  ///< blocks that came while one before them was missing
     std::uint32_t events_lost = 0;   ///< requests dropped because the controller had not taken the earlier ones
     std::uint32_t hellos_refused = 0;
+    SealCounters seals;  ///< of a controller that has a key
 };
 
 /// What differs from a controller's link when the link itself is measured.
@@ -94,6 +96,16 @@ public:
 
     /// `boot_id` should differ at each start of the controller. The configuration is serialised here, once.
     Endpoint(const MachineConfig& machine, std::uint32_t boot_id, const EndpointOptions& options = {}) noexcept;
+
+    /// From now on host messages count only if they are sealed (shared/link/seal.hpp). Once, before the first tick.
+    void fit_key(const SealSecret& secret) noexcept;
+    /// The plan step's share of a tick: checks seals. Nothing without a key; else up to SealGate::kBlocksPerTick blocks
+    /// of AES.
+    void check_seals() noexcept {
+        if (gate_.fitted()) {
+            gate_.work();
+        }
+    }
 
     /// Takes the bytes that came since the last tick. Ticks must not go backwards.
     void receive(std::int64_t tick, std::span<const std::uint8_t> bytes) noexcept;
@@ -182,8 +194,13 @@ private:
         FiredPosition position;
     };
 
+    void take_checked() noexcept;
+    void sift(const Envelope& envelope) noexcept;
+    void take_seal_hello(const SealGate::Checked& checked) noexcept;
+    void refuse_expired() noexcept;
     void take(const Envelope& envelope) noexcept;
     void on_hello(const Hello& hello, std::uint16_t counter) noexcept;
+    void answer_hello(std::uint32_t session, Refusal refusal) noexcept;
     void on(const Heartbeat& heartbeat) noexcept;
     void on(const PositionRequest& request) noexcept;
     void on(const Block& /*block*/) noexcept {}  ///< see take_block
@@ -207,6 +224,7 @@ private:
     template <class Message>
     bool send(Outbox& box, const Message& message) noexcept;
     bool send_hello(Outbox& box) noexcept;
+    bool send_challenge(Outbox& box) noexcept;
     bool send_replies(Outbox& box) noexcept;
     bool send_refused(Outbox& box) noexcept;
     bool send_ack(Outbox& box) noexcept;
@@ -266,6 +284,8 @@ private:
     TelemetrySender telemetry_;
     std::optional<BlackboxRequest> blackbox_wanted_;
     std::optional<ParametersRequest> parameters_wanted_;
+    SealGate gate_;
+    std::int64_t next_expired_tick_ = 0;
 };
 
 }  // namespace sc::link

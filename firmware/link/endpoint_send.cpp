@@ -8,9 +8,9 @@ namespace sc::link {
 
 std::size_t Endpoint::transmit(std::span<std::uint8_t> out) noexcept {
     Outbox box{out};
-    static_cast<void>(send_hello(box) && send_replies(box) && send_refused(box) && send_ack(box) && send_missing(box) &&
-                      send_position(box) && send_status(box) && send_clock(box) && send_report(box) &&
-                      send_config(box));
+    static_cast<void>(send_hello(box) && send_challenge(box) && send_replies(box) && send_refused(box) &&
+                      send_ack(box) && send_missing(box) && send_position(box) && send_status(box) && send_clock(box) &&
+                      send_report(box) && send_config(box));
     telemetry_.step(tick_, box.size);
     return box.size;
 }

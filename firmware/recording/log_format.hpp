@@ -13,7 +13,7 @@
 namespace sc::recording {
 
 inline constexpr std::array<std::uint8_t, 8> kLogMagic{'S', 'C', 'I', 'N', 'P', 'T', '0', '1'};
-inline constexpr std::uint16_t kLogVersion = 4;
+inline constexpr std::uint16_t kLogVersion = 5;
 inline constexpr std::size_t kBuildIdSize = 48;
 
 /// What is needed to build the same controller again.
@@ -22,6 +22,9 @@ struct LogHeader {
     std::uint32_t boot_id = 0;
     std::uint32_t plan_units = 0;               ///< units of plan_step after each servo_step
     std::array<char, kBuildIdSize> build_id{};  ///< of the program that recorded, text, filled up with zeros
+    bool sealed = false;                        ///< the controller had a key, which is not in the log
+    std::uint32_t key_check = 0;                ///< of that key (shared/link/seal.hpp)
+    std::array<std::uint8_t, 16> entropy{};     ///< that its challenges were made from
 };
 
 enum class ChunkKind : std::uint8_t { header = 1, ticks = 2, end = 3 };
@@ -44,7 +47,7 @@ inline constexpr std::array<std::uint8_t, 4> kChunkMark{'S', 'C', 'R', 'C'};
 inline constexpr std::size_t kChunkHeadSize = 4 + 4 + 4 + 4 + 8 + 4 + 4;
 inline constexpr std::size_t kChunkTailSize = 4;
 
-inline constexpr std::size_t kHeaderPayloadSize = 2 + 2 + 4 + 4 + kBuildIdSize + link::kConfigSize;
+inline constexpr std::size_t kHeaderPayloadSize = 2 + 2 + 4 + 4 + kBuildIdSize + 4 + 16 + link::kConfigSize;
 inline constexpr std::size_t kEndPayloadSize = 1 + 8;
 /// Bytes of the magic and the header chunk.
 inline constexpr std::size_t kLogHeadSize = kLogMagic.size() + kChunkHeadSize + kHeaderPayloadSize + kChunkTailSize;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/recording/log_reader.hpp"
 
+#include <algorithm>
+
 #include "shared/hash/crc.hpp"
 
 namespace sc::recording {
@@ -90,14 +92,19 @@ bool LogReader::read_header() noexcept {
     if (version_ != kLogVersion) {
         return fail(LogEnd::other_version);
     }
-    if (chunk.payload.size() != kHeaderPayloadSize || reader.get<std::uint16_t>() != 0) {
+    const auto sealed_word = reader.get<std::uint16_t>();
+    if (chunk.payload.size() != kHeaderPayloadSize || sealed_word > 1) {
         return fail(LogEnd::malformed);
     }
+    header_.sealed = sealed_word != 0;
     header_.boot_id = reader.get<std::uint32_t>();
     header_.plan_units = reader.get<std::uint32_t>();
     for (char& character : header_.build_id) {
         character = static_cast<char>(reader.get<std::uint8_t>());
     }
+    header_.key_check = reader.get<std::uint32_t>();
+    const auto entropy = reader.get_bytes(header_.entropy.size());
+    std::copy(entropy.begin(), entropy.end(), header_.entropy.begin());
     const auto machine = link::deserialise(reader.get_bytes(link::kConfigSize));
     if (!machine) {
         return fail(LogEnd::bad_machine);

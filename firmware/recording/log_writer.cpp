@@ -44,12 +44,14 @@ std::span<const std::uint8_t> LogWriter::begin(const LogHeader& header, std::uin
     link::serialise(header.machine, config);
     ByteWriter writer(payload());
     writer.put(kLogVersion);
-    writer.put(std::uint16_t{0});
+    writer.put(static_cast<std::uint16_t>(header.sealed ? 1 : 0));
     writer.put(header.boot_id);
     writer.put(header.plan_units);
     for (const char character : header.build_id) {
         writer.put(static_cast<std::uint8_t>(character));
     }
+    writer.put(header.key_check);
+    writer.put_bytes(header.entropy);
     writer.put_bytes(config);
     ByteWriter magic{std::span(buffer_).first(kLogMagic.size())};
     magic.put_bytes(kLogMagic);

@@ -80,6 +80,9 @@ bool CellClient::pump(HostTime until) {
         if (stop_check_ && stop_check_()) {
             throw Interrupted();
         }
+        if (seal_expired_ && connected_ && !connecting_) {
+            connect();
+        }
         keep_alive();
         const HostTime wake = connected_ ? std::min(until, next_heartbeat_) : until;
         const std::size_t taken = wire_.receive(wake, [this](const CellMessage& message) { take(message); });
@@ -147,12 +150,22 @@ bool CellClient::repeat_until(const std::function<void()>& send, const std::func
 }
 
 void CellClient::connect() {
+    struct Busy {
+        bool& flag;
+        explicit Busy(bool& busy) : flag(busy) { flag = true; }
+        Busy(const Busy&) = delete;
+        Busy& operator=(const Busy&) = delete;
+        ~Busy() { flag = false; }
+    };
+    const Busy busy(connecting_);
+    seal_expired_ = false;
     shake_hands();
     // Another host's session is open until it has been silent for its timeout: one that has just been killed, say.
     for (int i = 0; i < kBusyTries && refusal_of(hello_.refusal) == Refusal::wrong_state; ++i) {
         pump_until([] { return false; }, options_.reply_wait);
         shake_hands();
     }
+    seal_expired_ = false;
     check_handshake();
     sequence_ = std::max(sequence_, hello_.last_sequence);
     if (!connected_) {
@@ -165,21 +178,25 @@ void CellClient::connect() {
 
 /// Once more with an older minor version, if that is what the controller speaks.
 void CellClient::shake_hands() {
+    if (options_.key) {
+        shake_hands_sealed();
+        return;
+    }
+    const auto timeout_ms = static_cast<std::uint16_t>(options_.heartbeat_timeout.count() / 1'000'000);
     wire_.set_minor(link::kProtocolMinor);
-    say_hello();
+    say_hello(timeout_ms);
     const std::optional<std::uint8_t> theirs = link::minor_of(hello_.schema);
     if (refusal_of(hello_.refusal) == Refusal::schema_mismatch && theirs && *theirs < link::kProtocolMinor) {
         wire_.set_minor(*theirs);
-        say_hello();
+        say_hello(timeout_ms);
     }
 }
 
-void CellClient::say_hello() {
-    const link::Hello hello{
-        .schema = link::kSchemaHashes[wire_.minor()],
-        .minor = wire_.minor(),
-        .session = options_.session,
-        .heartbeat_timeout_ms = static_cast<std::uint16_t>(options_.heartbeat_timeout.count() / 1'000'000)};
+void CellClient::say_hello(std::uint16_t timeout_ms) {
+    const link::Hello hello{.schema = link::kSchemaHashes[wire_.minor()],
+                            .minor = wire_.minor(),
+                            .session = options_.session,
+                            .heartbeat_timeout_ms = timeout_ms};
     hello_fresh_ = false;
     last_heard_ = now();
     if (!repeat_until([&] { wire_.send(hello); }, [this] { return hello_fresh_; })) {
@@ -382,7 +399,10 @@ std::optional<link::Position> CellClient::position() {
     return position_;
 }
 
-std::uint16_t CellClient::send_block(const link::Block& block) { return wire_.send(block); }
+std::uint16_t CellClient::send_block(const link::Block& block) {
+    await_room();
+    return wire_.send(block);
+}
 
 std::optional<link::StreamMissing> CellClient::take_missing() { return std::exchange(missing_, std::nullopt); }
 
@@ -410,6 +430,10 @@ void CellClient::take(const CellMessage& message) {
 }
 
 void CellClient::take(const link::HelloReply& message) {
+    if (refusal_of(message.refusal) == Refusal::seal_expired) {
+        seal_expired_ = true;  // no answer to a hello
+        return;
+    }
     if (message.session == options_.session || message.refusal != 0) {
         if (message.boot != hello_.boot) {
             clock_.clear();  // of another start

@@ -15,6 +15,7 @@
 #include "host/bridge/transport.hpp"
 #include "host/bridge/wire.hpp"
 #include "shared/codes/state.hpp"
+#include "shared/crypto/aes128.hpp"
 #include "shared/machine/axis_map.hpp"
 #include "shared/machine/galvo_field.hpp"
 #include "shared/machine/galvo_lag.hpp"
@@ -28,8 +29,13 @@ struct ClientOptions {
     Nanoseconds heartbeat_timeout{100'000'000};
     Nanoseconds reply_wait{200'000'000};  ///< before a request is sent again
     int attempts = 10;                    ///< of one request
+    std::optional<crypto::Key> key{};     ///< of the cell: only a sealed session is opened
     Nanoseconds silence{10'000'000'000};  ///< without a message from the cell: the link counts as lost
 };
+
+struct LinkOptions;
+/// Of a session, with the key that the link's options name. Throws as read_key_file does.
+[[nodiscard]] ClientOptions client_options(const LinkOptions& link, std::uint32_t session);
 
 /// Parameters that a controller keeps without power.
 struct StoredParameters {
@@ -48,8 +54,8 @@ public:
     /// `transport` must outlive the client.
     CellClient(Transport& transport, const ClientOptions& options);
 
-    /// Opens the session, or opens it again. Throws CellRefused when host and controller differ in schema or version,
-    /// LinkError when nobody answers.
+    /// Opens the session, or opens it again. With a key it is a sealed one or none. Throws CellRefused when host and
+    /// controller differ in schema, version or key, LinkError when nobody answers.
     void connect();
     /// The machine as the controller has it. Throws LinkError when it cannot be had whole with the right checksum.
     [[nodiscard]] MachineConfig read_config();
@@ -93,7 +99,14 @@ public:
     /// How far the controller knows the last job to have come. nullopt when it speaks minor version 0.
     [[nodiscard]] std::optional<link::Position> position();
     /// Sends without waiting for an answer (`ack` and `take_missing` will show it). Returns the message's counter.
+    /// In a sealed session it waits until the controller has time to check it, and throws as `pump` does.
     std::uint16_t send_block(const link::Block& block);
+    /// Of 16 bytes, that the controller has time to check; 0 in a session that is not sealed.
+    [[nodiscard]] std::uint32_t sealed_blocks_per_s() const noexcept {
+        return wire_.sealed() && challenge_ ? challenge_->blocks_per_s : 0;
+    }
+    /// Bytes of a block's items.
+    [[nodiscard]] std::size_t items_capacity() const noexcept;
     /// What the cell has missed, once.
     [[nodiscard]] std::optional<link::StreamMissing> take_missing();
     /// The minor version of the protocol that both sides speak.
@@ -145,7 +158,8 @@ private:
     void take(const link::ConfigChunk& message);
     void take(const link::Position& message) { position_ = message; }
     void take(const link::StreamMissing& message) { missing_ = message; }
-    void say_hello();
+    void take(const link::SealChallenge& message) { challenge_ = message; }
+    void say_hello(std::uint16_t timeout_ms);
     void take(const link::SensorReport& message);
     void take(const link::ClockReply& message);
     void take(const link::Telemetry& message);
@@ -155,7 +169,9 @@ private:
     /// Throws CellRefused with unknown_command when the controller speaks an older minor version than `since`.
     void require(std::uint8_t since, const std::string& what) const;
     void shake_hands();
+    void shake_hands_sealed();
     void check_handshake() const;
+    void await_room();
     void keep_alive();
     bool repeat_until(const std::function<void()>& send, const std::function<bool()>& answered);
     void request(const Sender& send, const std::string& doing);
@@ -173,6 +189,10 @@ private:
     std::uint64_t repeats_ = 0;
     link::HelloReply hello_;
     bool hello_fresh_ = false;
+    std::optional<link::SealChallenge> challenge_;
+    bool connecting_ = false;
+    bool seal_expired_ = false;  ///< the controller asks for a new challenge
+    HostTime checked_until_{};   ///< when the controller will have checked what was sent
     bool status_fresh_ = false;
     std::optional<Reply> reply_;
     std::optional<link::ConfigChunk> chunk_;

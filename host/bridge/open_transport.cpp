@@ -113,6 +113,9 @@ std::vector<std::string> cell_arguments(const LinkOptions& options, SimCarrier c
     if (options.world) {
         add("--world", options.world->string());
     }
+    if (options.key) {
+        add("--key", options.key->string());
+    }
     if (options.out) {
         add("--out", options.out->string());
     }

@@ -12,9 +12,10 @@
 
 namespace sc::host {
 
-/// What a link needs besides its URL. Only the simulated cell uses what is not `capture`.
+/// What a link needs besides its URL. Only the simulated cell uses what is neither `capture` nor `key`.
 struct LinkOptions {
     std::optional<std::filesystem::path> capture;   ///< pcap file of all that passes (host/formats/capture_file.hpp)
+    std::optional<std::filesystem::path> key;       ///< file of the cell's key (key_file.hpp); none: unsealed
     std::optional<std::filesystem::path> world;     ///< world file; the cell's default without one
     std::optional<std::filesystem::path> out;       ///< folder for the cell's traces
     std::optional<std::filesystem::path> script;    ///< faults to provoke, by virtual time

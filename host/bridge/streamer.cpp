@@ -159,12 +159,12 @@ bool Streamer::send_block(std::uint32_t end) {
     if (options_.items_per_block > 0) {
         last = std::min(last, sent_ + options_.items_per_block);
     }
-    link::Block block = link::make_block(job_.hash, job_.items.first(last), sent_);
+    link::Block block = link::make_block(job_.hash, job_.items.first(last), sent_, client_->items_capacity());
     if (sent_ + block.count > end) {
         if (sent_ > received_) {
             return false;
         }
-        block = link::make_block(job_.hash, job_.items.first(end), sent_);
+        block = link::make_block(job_.hash, job_.items.first(end), sent_, client_->items_capacity());
     }
     const std::uint16_t counter = client_->send_block(block);
     unacknowledged_[sent_] = {sent_ + block.count, counter};
@@ -222,7 +222,8 @@ void Streamer::resend(std::uint32_t from, std::uint32_t until, std::uint16_t hea
         if (sent.end <= from || !heard_later) {
             continue;
         }
-        const link::Block block = link::make_block(job_.hash, job_.items.first(sent.end), next->first);
+        const link::Block block =
+            link::make_block(job_.hash, job_.items.first(sent.end), next->first, client_->items_capacity());
         sent.counter = client_->send_block(block);
         ++blocks_repeated_;
     }

@@ -5,20 +5,24 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <utility>
 #include <variant>
 
 #include "host/bridge/transport.hpp"
 #include "shared/link/counter.hpp"
 #include "shared/link/later_messages.hpp"
 #include "shared/link/messages.hpp"
+#include "shared/link/seal.hpp"
 #include "shared/link/serial.hpp"
 
 namespace sc::host {
 
 /// What a controller sends.
-using CellMessage = std::variant<link::HelloReply, link::CommandReply, link::StreamAck, link::JobRefused, link::Status,
-                                 link::ConfigChunk, link::Position, link::StreamMissing, link::SensorReport,
-                                 link::ClockReply, link::Telemetry, link::BlackboxChunk, link::Parameters>;
+using CellMessage =
+    std::variant<link::HelloReply, link::CommandReply, link::StreamAck, link::JobRefused, link::Status,
+                 link::ConfigChunk, link::Position, link::StreamMissing, link::SensorReport, link::ClockReply,
+                 link::Telemetry, link::BlackboxChunk, link::Parameters, link::SealChallenge>;
 
 /// What the wire has cost so far; counted, never hidden.
 struct WireCounters {
@@ -41,12 +45,25 @@ public:
     template <class Message>
     std::uint16_t send(const Message& message) {
         std::array<std::uint8_t, link::kSerialCapacity> frame{};
-        const std::uint16_t counter = counter_++;
-        const std::size_t size = link::encode_serial(message, counter, frame, minor_);
+        const std::uint16_t counter = next_counter();
+        const std::size_t size = encode(message, frame);
+        ++counter_;
         ++sent_;
         transport_->send(std::span(frame).first(size));
         return counter;
     }
+    /// The counter that the next message will have.
+    [[nodiscard]] std::uint16_t next_counter() const noexcept { return static_cast<std::uint16_t>(counter_ & 0xFFFFU); }
+    /// The same, not cut to what a message carries.
+    [[nodiscard]] std::uint64_t next_position() const noexcept { return counter_; }
+    /// Seals what is sent from now on. `first` is the position whose counter the controller was told to go on from.
+    void seal(const crypto::CmacKey& key, std::uint64_t first) {
+        seal_ = key;
+        seal_base_ = first - (first & 0xFFFFU);
+    }
+    [[nodiscard]] bool sealed() const noexcept { return seal_.has_value(); }
+    /// Blocks of AES, or somewhat more, that the controller needs for what was sealed since the last call.
+    std::uint64_t take_seal_blocks() noexcept { return std::exchange(seal_blocks_, 0); }
     /// The minor version that both sides have agreed upon; the newest until then.
     void set_minor(std::uint8_t minor) noexcept {
         minor_ = minor;
@@ -59,10 +76,25 @@ public:
     [[nodiscard]] WireCounters counters() const noexcept;
 
 private:
+    template <class Message>
+    std::size_t encode(const Message& message, std::span<std::uint8_t> frame) {
+        if constexpr (link::kSealable<Message>) {
+            if (seal_) {
+                const std::size_t size = link::encode_sealed(message, counter_ - seal_base_, *seal_, frame, minor_);
+                seal_blocks_ += link::seal_blocks(size);
+                return size;
+            }
+        }
+        return link::encode_serial(message, next_counter(), frame, minor_);
+    }
+
     Transport* transport_;
     link::SerialReceiver receiver_;
     link::CounterWatch watch_;
-    std::uint16_t counter_ = 0;
+    std::uint64_t counter_ = 0;  ///< messages carry its low 16 bits
+    std::optional<crypto::CmacKey> seal_;
+    std::uint64_t seal_base_ = 0;
+    std::uint64_t seal_blocks_ = 0;
     std::uint8_t minor_ = link::kProtocolMinor;
     std::uint64_t sent_ = 0;
     std::uint64_t received_ = 0;

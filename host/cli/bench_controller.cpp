@@ -12,6 +12,7 @@
 #include "host/bridge/child_process.hpp"
 #include "host/bridge/client.hpp"
 #include "host/bridge/errors.hpp"
+#include "host/bridge/key_file.hpp"
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/program.hpp"
 #include "host/bridge/session.hpp"
@@ -142,25 +143,31 @@ Job workload(bool split) {
 /// With the field correction of the example: what a tick costs in use.
 nlohmann::json run_on(const std::string& board, const Job& job, const CalibrationSet& calibration,
                       const BenchOptions& options, const std::filesystem::path& folder,
-                      const std::optional<std::filesystem::path>& record) {
+                      const std::optional<std::filesystem::path>& record,
+                      const std::optional<std::filesystem::path>& key = std::nullopt) {
     std::fprintf(stderr, "running on the board %s\n", board.c_str());
     LinkOptions link;
     link.board = board;
     link.seed = options.seed;
     link.out = folder;
     link.record = record;
+    link.key = key;
     link.prr_nominal_hz = kPrrHz;
+    double sealed_blocks_per_s = 0.0;
     {
         const auto transport = open_transport("sim:", link);
-        CellClient client(*transport, {.session = static_cast<std::uint32_t>(options.seed) + 1U});
+        CellClient client(*transport, client_options(link, static_cast<std::uint32_t>(options.seed) + 1U));
         client.set_stop_check(stop_requested);
         client.connect();
+        sealed_blocks_per_s = client.sealed_blocks_per_s();
         Session session(client, {});
         session.clear();
         client.set_galvo_field(galvo_field_of(calibration));
         static_cast<void>(session.run({job_hash(job.items()), job.items(), 10.0}, nullptr));
     }
-    return nlohmann::json::parse(read_text_file(folder / "cell.json"));
+    nlohmann::json report = nlohmann::json::parse(read_text_file(folder / "cell.json"));
+    report["sealed_blocks_per_s"] = sealed_blocks_per_s;
+    return report;
 }
 
 nlohmann::json replay(const std::filesystem::path& log, const std::filesystem::path& folder) {
@@ -228,16 +235,30 @@ std::vector<Figure> bench_controller(const BenchOptions& options) {
         run_on("m7", split_job, calibration, options, folder.path() / "m7_split", std::nullopt);
     const nlohmann::json split_pc =
         run_on("sim", split_job, calibration, options, folder.path() / "sim_split", std::nullopt);
+    // What seals on the host's messages add.
+    const std::filesystem::path key = folder.path() / "cell.key";
+    const std::filesystem::path sealed_log = folder.path() / "sealed.rec";
+    std::filesystem::remove(key);
+    static_cast<void>(make_key_file(key));
+    const nlohmann::json sealed =
+        run_on("m7", split_job, calibration, options, folder.path() / "m7_sealed", sealed_log, key);
+    const ProgramOutput sealed_again =
+        run_program(required_program("scribecell-replay"), {"--key", key.string(), "--", sealed_log.string()});
     const nlohmann::json again = replay(log, folder.path() / "replay");
     const Rates rates = rates_of(folder.path() / "replay" / "commands.csv");
     const nlohmann::json& all = board.at("figures").at("instructions");
     const nlohmann::json& marking = board.at("figures").at("instructions_marking");
     const auto hash_of = [](const nlohmann::json& run) { return run.at("command_trace_sha256").get<std::string>(); };
-    const bool hashes_equal =
-        hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again) && hash_of(split) == hash_of(split_pc);
+    const bool hashes_equal = hash_of(board) == hash_of(pc) && hash_of(board) == hash_of(again) &&
+                              hash_of(split) == hash_of(split_pc) && hash_of(split) == hash_of(sealed);
     const nlohmann::json& split_marking = split.at("figures").at("instructions_marking");
+    const nlohmann::json& sealed_marking = sealed.at("figures").at("instructions_marking");
     const auto count = [](const nlohmann::json& figures, const char* name) {
         return figures.at(name).at("count").get<double>();
+    };
+    const auto plan_per_tick = [](const nlohmann::json& run) {
+        const nlohmann::json& marked = run.at("figures").at("instructions_marking");
+        return marked.at("plan_total").get<double>() / marked.at("ticks").get<double>();
     };
     return {{"servo_instructions_max", count(marking, "servo_max"), ""},
             {"servo_instructions_max_any", count(all, "servo_max"), ""},
@@ -245,6 +266,11 @@ std::vector<Figure> bench_controller(const BenchOptions& options) {
             {"tick_instructions_max", count(marking, "tick_max"), ""},
             {"split_servo_instructions_max", count(split_marking, "servo_max"), ""},
             {"split_tick_instructions_max", count(split_marking, "tick_max"), ""},
+            {"sealed_blocks_per_s", sealed.at("sealed_blocks_per_s").get<double>(), "1/s"},
+            {"sealed_servo_instructions_max", count(sealed_marking, "servo_max"), ""},
+            {"sealed_tick_instructions_max", count(sealed_marking, "tick_max"), ""},
+            {"sealed_plan_instructions_added", plan_per_tick(sealed) - plan_per_tick(split), ""},
+            {"sealed_replay_equal", sealed_again.exit_code == 0 ? 1.0 : 0.0, ""},
             {"points_per_s", rates.points, "1/s"},
             {"pulses_per_s", rates.pulses, "1/s"},
             {"hashes_equal", hashes_equal ? 1.0 : 0.0, ""},

@@ -13,6 +13,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/cli/black_box_text.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -39,6 +40,7 @@ constexpr Nanoseconds kClockTime = std::chrono::milliseconds(500);
 
 struct BlackBoxOptions {
     std::string link = "sim:";
+    LinkOptions link_options;
     std::string out;
     double last_s = 1e9;
     bool json = false;
@@ -52,8 +54,8 @@ int run(const BlackBoxOptions& options) {
                           .action = "give seconds, more than 0"});
     }
     install_stop_signals();
-    const auto transport = open_transport(options.link, {});
-    CellClient client(*transport, {.session = std::random_device{}()});
+    const auto transport = open_transport(options.link, options.link_options);
+    CellClient client(*transport, client_options(options.link_options, std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     client.pump_until([] { return false; }, kClockTime);
@@ -79,6 +81,7 @@ void add_blackbox(CLI::App& app, int& exit_code) {
     sub->footer(kExamples);
     const auto options = std::make_shared<BlackBoxOptions>();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_option("--out", options->out, "write all of it as CSV")->type_name("FILE");
     sub->add_option("--last", options->last_s, "seconds to show (default: all)")->type_name("S");
     sub->add_flag("--json", options->json, "one JSON object");

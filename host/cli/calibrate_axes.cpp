@@ -15,6 +15,7 @@
 #include "host/calibration/axis_map_fit.hpp"
 #include "host/cli/calibrate.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/formats/error.hpp"
 #include "shared/link/map_codec.hpp"
 
@@ -42,6 +43,7 @@ struct CalibrateOptions {
     std::string calibration;
     std::string out;
     std::string link = "sim:";
+    LinkOptions link_options;
     bool json = false;
 };
 
@@ -60,12 +62,12 @@ std::string quality_text(const char* name, const FitQuality& q) {
 }
 
 /// The simulated cell is the reference machine: nothing need be started for it.
-MachineConfig machine_of(const std::string& link) {
+MachineConfig machine_of(const std::string& link, const LinkOptions& options) {
     if (is_simulated(link)) {
         return reference_machine();
     }
-    const auto transport = open_transport(link, {});
-    CellClient client(*transport, {.session = std::random_device{}()});
+    const auto transport = open_transport(link, options);
+    CellClient client(*transport, client_options(options, std::random_device{}()));
     client.connect();
     return client.read_config();
 }
@@ -78,7 +80,7 @@ int run(const CalibrateOptions& options) {
                           .action = "give --measurements, --table-measurements or both"});
     }
     CalibrationSet set = read_calibration(options.calibration);
-    const MachineConfig machine = machine_of(options.link);
+    const MachineConfig machine = machine_of(options.link, options.link_options);
     set.parents = {set.id};
     set.id += "+axes";
     set.time = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::chrono::system_clock::now()));
@@ -129,6 +131,7 @@ void add_calibrate_axes(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--link", options->link, "the cell whose travel and limits count")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_flag("--json", options->json, "one JSON object on stdout");
     sub->callback([options, &exit_code] { exit_code = guarded(options->json, [&options] { return run(*options); }); });
 }

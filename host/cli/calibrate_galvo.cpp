@@ -12,6 +12,7 @@
 #include "host/cli/calibrate_run.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 
 namespace sc::host::cli {
 namespace {
@@ -105,6 +106,7 @@ void add_calibrate_galvo_field(CLI::App& calibrate, int& exit_code) {
     field->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*field, options->key);
     field->add_option("--sigma-um", options->sigma_um, "noise of the simulated measurement")
         ->check(CLI::Range(0.0, 1000.0))
         ->capture_default_str();

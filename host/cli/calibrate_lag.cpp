@@ -11,6 +11,7 @@
 #include "host/cli/calibrate.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/lag_run.hpp"
 
 namespace sc::host::cli {
@@ -110,6 +111,7 @@ void add_calibrate_galvo_lag(CLI::App& calibrate, int& exit_code) {
     lag->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*lag, options->key);
     lag->add_option("--sigma-um", options->sigma_um, "noise of the simulated measurement")
         ->check(CLI::Range(0.0, 1000.0))
         ->capture_default_str();

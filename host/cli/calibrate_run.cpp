@@ -136,6 +136,7 @@ void check(const GalvoFieldOptions& options) {
 
 void burn_plate(const GalvoFieldOptions& options, const CalibrationSet& set, const std::filesystem::path& folder) {
     LinkOptions link;
+    link.key = options.key;
     const bool simulated = is_simulated(options.link);
     if (simulated) {
         link.world = options.world.value_or(in_project("boards/sim/world/plate/world.toml"));
@@ -144,8 +145,8 @@ void burn_plate(const GalvoFieldOptions& options, const CalibrationSet& set, con
     }
     ProgressPrinter printer(stderr_is_terminal());
     const auto transport = open_transport(options.link, link);
-    CellClient client(*transport,
-                      {.session = simulated ? static_cast<std::uint32_t>(options.seed) + 1U : std::random_device{}()});
+    CellClient client(*transport, client_options(link, simulated ? static_cast<std::uint32_t>(options.seed) + 1U
+                                                                 : std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     PlatePlan plan = plan_plate({}, client.read_config());

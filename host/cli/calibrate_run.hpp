@@ -19,7 +19,8 @@ struct GalvoFieldOptions {
     std::optional<std::filesystem::path> out;          ///< folder for plan.csv, measured.csv, calibration.toml
     std::optional<std::filesystem::path> world;        ///< of the simulated cell
     std::string link = "sim:";
-    double sigma_um = 7.5;  ///< of the simulated measurement
+    std::optional<std::filesystem::path> key;  ///< file of the cell's key
+    double sigma_um = 7.5;                     ///< of the simulated measurement
     std::uint64_t seed = 1;
     bool plan_only = false;
     bool residual_grid = true;

@@ -31,6 +31,7 @@ struct CellOptions {
     std::string out;
     std::string script;
     std::string record;
+    std::string key;
     double record_limit_mb = 100.0;
     double speed = 1.0;
 };
@@ -57,6 +58,7 @@ std::vector<std::string> words_of(const CellOptions& options) {
     add("--world", options.world);
     add("--out", options.out);
     add("--script", options.script);
+    add("--key", options.key);
     const bool by_folder = options.record.empty() && !options.out.empty();
     const std::string record =
         by_folder ? (std::filesystem::path(options.out) / "inputs.rec").string() : options.record;
@@ -90,6 +92,7 @@ void add_cell(CLI::App& app, int& exit_code) {
     sub->add_option("--world", options->world, "world file (default: the reference cell)")->type_name("FILE");
     sub->add_option("--out", options->out, "folder for its traces")->type_name("DIR");
     sub->add_option("--script", options->script, "faults to provoke")->type_name("FILE");
+    sub->add_option("--key", options->key, "file of its key: it takes sealed commands only")->type_name("FILE");
     sub->add_option("--record", options->record,
                     "log of the controller's inputs, for replay (default: inputs.rec in the folder of --out)")
         ->type_name("FILE");

@@ -9,6 +9,7 @@
 #include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -115,7 +116,7 @@ int run(const JogOptions& options) {
     }
     install_stop_signals();
     const auto transport = open_transport(options.link, options.link_options);
-    CellClient client(*transport, {.session = 2});
+    CellClient client(*transport, client_options(options.link_options, 2));
     client.set_stop_check(stop_requested);
     client.connect();
     SessionOptions session_options;
@@ -156,6 +157,7 @@ void add_jog(CLI::App& app, int& exit_code) {
     sub->add_option("--speed-mm-s", options->speed_mm_s, "up to 50")->capture_default_str();
     sub->add_option("--speed-deg-s", options->speed_deg_s, "of C; up to 20")->capture_default_str();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_option_function<std::string>(
            "--record", [&file = options->link_options.record](const std::string& word) { file = word; },
            "log of the controller's inputs, for replay; simulated cell")

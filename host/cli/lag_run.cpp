@@ -65,6 +65,7 @@ void check(const GalvoLagOptions& options) {
 void burn_lag_plate(const GalvoLagOptions& options, const CalibrationSet& set, const GalvoField& field,
                     const std::filesystem::path& folder) {
     LinkOptions link;
+    link.key = options.key;
     const bool simulated = is_simulated(options.link);
     if (simulated) {
         link.world = options.world.value_or(in_project("boards/sim/world/plate/world.toml"));
@@ -74,8 +75,8 @@ void burn_lag_plate(const GalvoLagOptions& options, const CalibrationSet& set, c
     }
     ProgressPrinter printer(stderr_is_terminal());
     const auto transport = open_transport(options.link, link);
-    CellClient client(*transport,
-                      {.session = simulated ? static_cast<std::uint32_t>(options.seed) + 1U : std::random_device{}()});
+    CellClient client(*transport, client_options(link, simulated ? static_cast<std::uint32_t>(options.seed) + 1U
+                                                                 : std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     const LagPlatePlan plan = plan_lag_plate({}, client.read_config());

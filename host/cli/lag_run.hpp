@@ -22,7 +22,8 @@ struct GalvoLagOptions {
     std::optional<std::filesystem::path> world;        ///< of the simulated cell
     std::vector<std::string> machine;                  ///< settings of the simulated cell's controller
     std::string link = "sim:";
-    double sigma_um = 7.5;  ///< of the simulated measurement
+    std::optional<std::filesystem::path> key;  ///< file of the cell's key
+    double sigma_um = 7.5;                     ///< of the simulated measurement
     std::uint64_t seed = 1;
     bool plan_only = false;
     bool json = false;

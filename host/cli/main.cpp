@@ -25,6 +25,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell blackbox                   the last 10 s before a fault
   scribecell check run1/samples.trace   whether the motion kept its limits
   scribecell protocol --decode job.pcap what passed over a link; its files for Wireshark and CAN tools
+  scribecell key --out cell.key         a key, for a cell that takes commands from its holders alone
   scribecell doctor                     what is installed, connected, missing
 
 Exit codes: 0 done; 1 the cell or the job failed; 2 bad input or usage; 130 Ctrl-C.)";
@@ -48,6 +49,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_measure(app, exit_code);
         sc::host::cli::add_vision(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);
+        sc::host::cli::add_key(app, exit_code);
         sc::host::cli::add_params(app, exit_code);
         sc::host::cli::add_sensors(app, exit_code);
         sc::host::cli::add_telemetry(app, exit_code);

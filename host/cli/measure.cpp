@@ -16,6 +16,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/measure_link.hpp"
 #include "host/cli/measure_live.hpp"
 #include "host/cli/subcommands.hpp"
@@ -364,6 +365,7 @@ void add_measure(CLI::App& app, int& exit_code) {
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     sub->add_option("--link", words->link, "--live: the sensors of this cell in place of a file")->type_name("URL");
+    add_key_option(*sub, words->link_options.key);
     sub->add_option("--capture", words->link_options.capture, "--link: pcap file of all that passes over the link")
         ->type_name("FILE.pcap");
     sub->add_option("--world", words->link_options.world, "--link sim: world of the simulated cell")->type_name("FILE");

@@ -38,7 +38,7 @@ public:
     CellRows(const std::string& url, const LinkOptions& options)
         : simulated_(is_simulated(url)),
           transport_(open_transport(url, options)),
-          client_(*transport_, {.session = std::random_device{}()}) {
+          client_(*transport_, client_options(options, std::random_device{}())) {
         client_.set_stop_check(stop_requested);
         client_.connect();
         last_ = client_.now();

@@ -15,6 +15,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/cli/black_box_text.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/monitor_text.hpp"
 #include "host/cli/subcommands.hpp"
 
@@ -76,7 +77,7 @@ int run(const MonitorOptions& options) {
     install_stop_signals();
     const bool simulated = is_simulated(options.link);
     const auto transport = open_transport(options.link, options.link_options);
-    CellClient client(*transport, {.session = std::random_device{}()});
+    CellClient client(*transport, client_options(options.link_options, std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     const MachineConfig machine = client.read_config();
@@ -107,6 +108,7 @@ void add_monitor(CLI::App& app, int& exit_code) {
     sub->footer(kExamples);
     const auto options = std::make_shared<MonitorOptions>();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_option("--capture", options->link_options.capture, "pcap file of all that passes over the link")
         ->type_name("FILE.pcap");
     sub->add_flag("--once", options->once, "print once and end");

@@ -10,6 +10,7 @@
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
 
@@ -44,7 +45,7 @@ int run(const OverrideOptions& options) {
     }
     install_stop_signals();
     const auto transport = open_transport(options.link, options.link_options);
-    CellClient client(*transport, {.session = std::random_device{}()});
+    CellClient client(*transport, client_options(options.link_options, std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     client.pump_until([&] { return client.status().has_value(); }, kStatusLimit);
@@ -75,6 +76,7 @@ void add_override(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<OverrideOptions>();
     sub->add_option("percent", options->percent, "of the programmed speed of paths, 10..200")->required();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->required();
+    add_key_option(*sub, options->link_options.key);
     sub->add_option("--capture", options->link_options.capture, "pcap file of all that passes over the link")
         ->type_name("FILE.pcap");
     sub->callback([options, &exit_code] { exit_code = guarded(false, [&options] { return run(*options); }); });

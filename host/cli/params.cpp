@@ -14,6 +14,7 @@
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -117,7 +118,7 @@ int run(const ParamsOptions& options) {
     check(options);
     install_stop_signals();
     const auto transport = open_transport(options.link, options.link_options);
-    CellClient client(*transport, {.session = std::random_device{}()});
+    CellClient client(*transport, client_options(options.link_options, std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     const MachineConfig now = client.read_config();
@@ -151,6 +152,7 @@ void add_params(CLI::App& app, int& exit_code) {
     const auto options = std::make_shared<ParamsOptions>();
     sub->add_option("SETTING", options->settings, "NAME=VALUE to store")->type_name("");
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_flag("--reset", options->reset, "forget what is stored");
     sub->add_flag("--json", options->json, "one JSON object");
     sub->add_option("--memory", options->link_options.memory, "what the simulated cell keeps without power")

@@ -26,6 +26,7 @@ Exit codes: 0 every tick is equal; 1 a tick differs, or the disk refuses; 2 bad 
 struct ReplayOptions {
     std::string log;
     std::optional<std::int64_t> until;
+    std::string key;
     std::string out;
     bool print_state = false;
     bool json = false;
@@ -38,6 +39,9 @@ std::vector<std::string> words_of(const ReplayOptions& options) {
     }
     if (options.print_state) {
         words.emplace_back("--print-state");
+    }
+    if (!options.key.empty()) {
+        words.insert(words.end(), {"--key", options.key});
     }
     if (!options.out.empty()) {
         words.insert(words.end(), {"--out", options.out});
@@ -63,6 +67,8 @@ void add_replay(CLI::App& app, int& exit_code) {
     sub->add_option_function<std::int64_t>(
            "--until", [&until = options->until](const std::int64_t& tick) { until = tick; }, "last tick to run")
         ->type_name("TICK");
+    sub->add_option("--key", options->key, "file of the key, for a log of a cell that took sealed commands")
+        ->type_name("FILE");
     sub->add_flag("--print-state", options->print_state, "tell how the controller stands after the last tick");
     sub->add_option("--out", options->out, "folder for ticks.csv and commands.csv")->type_name("DIR");
     sub->add_flag("--json", options->json, "one JSON object on stdout");

@@ -4,6 +4,7 @@
 
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/scribe_output.hpp"
 #include "host/cli/scribe_run.hpp"
 #include "host/cli/subcommands.hpp"
@@ -86,6 +87,7 @@ void describe_cell(CLI::App& app, Words& words) {
                    "the cell: sim:[?carrier=can], serial:/dev/...[?baud=N], tcp:HOST:PORT, lockstep:SOCKET")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(app, link.key);
     app.add_option("--board", link.board,
                    "where the simulated cell's controller runs: sim (on this PC) or m7 (Cortex-M7 in QEMU)")
         ->check(CLI::IsMember({"sim", "m7"}))

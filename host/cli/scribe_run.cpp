@@ -95,7 +95,7 @@ private:
         }
         const std::unique_ptr<Transport> transport = open_transport(options_.link, link);
         const std::uint32_t session_number = session_to_open();
-        CellClient client(*transport, {.session = session_number});
+        CellClient client(*transport, client_options(link, session_number));
         client.set_stop_check(stop_requested);
         client.connect();
         outcome_.machine = client.read_config();

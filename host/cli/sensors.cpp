@@ -18,6 +18,7 @@
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/sensors_text.hpp"
 #include "host/cli/subcommands.hpp"
@@ -192,7 +193,7 @@ int run(const SensorsOptions& options) {
     check(options);
     install_stop_signals();
     const auto transport = open_transport(options.link, options.link_options);
-    CellClient client(*transport, {.session = std::random_device{}()});
+    CellClient client(*transport, client_options(options.link_options, std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     if (options.in_turn) {
@@ -221,6 +222,7 @@ void add_sensors(CLI::App& app, int& exit_code) {
     sub->footer(kExamples);
     const auto options = std::make_shared<SensorsOptions>();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_flag("--watch", options->watch, "again and again, until Ctrl-C");
     sub->add_flag("--json", options->json, "one JSON object; with --watch one a line");
     sub->add_flag("--in-turn", options->in_turn, "light the lasers of the triple head one at a time");

@@ -20,6 +20,7 @@ void add_measure(CLI::App& app, int& exit_code);
 void add_vision(CLI::App& app, int& exit_code);
 void add_vision_markers(CLI::App& vision, int& exit_code);  ///< below `vision`
 void add_monitor(CLI::App& app, int& exit_code);
+void add_key(CLI::App& app, int& exit_code);
 void add_params(CLI::App& app, int& exit_code);
 void add_sensors(CLI::App& app, int& exit_code);
 void add_telemetry(CLI::App& app, int& exit_code);

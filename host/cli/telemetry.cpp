@@ -20,6 +20,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/bridge/telemetry_values.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/number_text.hpp"
 #include "host/cli/subcommands.hpp"
 #include "host/formats/error.hpp"
@@ -196,7 +197,7 @@ int run(const TelemetryOptions& options) {
     static_cast<void>(read_rates(options.rates));
     install_stop_signals();
     const auto transport = open_transport(options.link, options.link_options);
-    CellClient client(*transport, {.session = std::random_device{}()});
+    CellClient client(*transport, client_options(options.link_options, std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     const double period_s = static_cast<double>(client.read_config().control_period_ns) * 1e-9;
@@ -248,6 +249,7 @@ void add_telemetry(CLI::App& app, int& exit_code) {
     sub->footer(kExamples);
     const auto options = std::make_shared<TelemetryOptions>();
     sub->add_option("--link", options->link, "the cell")->type_name("URL")->capture_default_str();
+    add_key_option(*sub, options->link_options.key);
     sub->add_option("--channels", options->channels, "names, with commas between; all")
         ->type_name("NAMES")
         ->capture_default_str();

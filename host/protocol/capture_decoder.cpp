@@ -12,6 +12,7 @@
 #include "shared/link/cobs.hpp"
 #include "shared/link/codec.hpp"
 #include "shared/link/counter.hpp"
+#include "shared/link/seal.hpp"
 
 namespace sc::host {
 namespace {
@@ -116,6 +117,15 @@ private:
         const link::Dispatch result = to_controller_ ? link::dispatch(link::HostMessages{}, *envelope, fill)
                                                      : link::dispatch(link::CellMessages{}, *envelope, fill);
         out.malformed = result != link::Dispatch::handled;
+        const std::size_t size = envelope->payload.size();
+        if (to_controller_ && result == link::Dispatch::malformed && size >= link::kSealTag) {
+            const std::string tag = hex(envelope->payload.last(link::kSealTag));
+            envelope->payload = envelope->payload.first(size - link::kSealTag);
+            if (link::dispatch(link::HostMessages{}, *envelope, fill) == link::Dispatch::handled) {
+                out.malformed = false;
+                out.tag = tag;
+            }
+        }
     }
     void count(CapturedMessage& out) {
         // A capture may begin anywhere: what was before its first message is not known to be lost.
@@ -194,6 +204,7 @@ Json to_json(const DecodedCapture& capture) {
                             {"lost", m.lost},
                             {"repeated", m.repeated},
                             {"malformed", m.malformed},
+                            {"tag", m.tag},
                             {"fields", m.fields}});
     }
     return {{"kind", capture.kind},
@@ -214,6 +225,7 @@ std::string text_of(const DecodedCapture& capture) {
         for (const auto& [name, value] : m.fields.items()) {
             text += " " + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump());
         }
+        text += m.tag.empty() ? "" : " seal=" + m.tag;
         text += m.lost > 0 ? " (" + std::to_string(m.lost) + " lost before)" : "";
         text += m.repeated ? " (repeated)" : "";
         text += m.malformed ? " (malformed)" : "";

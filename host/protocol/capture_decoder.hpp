@@ -22,6 +22,7 @@ struct CapturedMessage {
     std::uint32_t lost = 0;         ///< messages missing before it, by the counter
     bool repeated = false;          ///< by the counter: a receiver drops it
     bool malformed = false;         ///< right checksum, but its fields do not come out; no fields then
+    std::string tag;                ///< hex, of a sealed message; who has not the key cannot tell whether it is right
     nlohmann::ordered_json fields;  ///< numbers, arrays of them, bytes as text in hex; a double that is none as text
 };
 

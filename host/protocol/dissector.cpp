@@ -7,6 +7,7 @@
 #include "host/protocol/protocol_table.hpp"
 #include "shared/link/can_port.hpp"
 #include "shared/link/codec.hpp"
+#include "shared/link/seal.hpp"
 
 namespace sc::host {
 namespace {
@@ -29,6 +30,7 @@ std::string constants() {
            constant("SEQUENCE", hex(link::can_bits::kSequence, 2), "in the first byte of a frame") +
            constant("OVERHEAD", std::to_string(link::kMessageOverhead), "bytes of a message besides its payload") +
            constant("LONGEST", std::to_string(link::kMessageCapacity), "bytes of a message") +
+           constant("SEAL", std::to_string(link::kSealTag), "bytes behind the fields of a sealed message") +
            constant("LONGEST_RUN", std::to_string(largest_bytes()), "bytes of a field of type bytes") +
            constant("HELLO", std::to_string(link::Hello::kId), "message that begins a new count") +
            constant("HELLO_REPLY", std::to_string(link::HelloReply::kId), "message that begins a new count") +

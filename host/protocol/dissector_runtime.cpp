@@ -27,6 +27,7 @@ local pf = {
     crc = ProtoField.uint32("scribecell.crc", "Checksum", base.HEX),
     crc_good = ProtoField.bool("scribecell.crc_good", "Checksum is right"),
     minor = ProtoField.uint8("scribecell.minor", "Minor version of the schema", base.DEC),
+    tag = ProtoField.bytes("scribecell.tag", "Seal"),
     lost = ProtoField.uint32("scribecell.lost", "Messages lost before", base.DEC),
     repeated = ProtoField.bool("scribecell.repeated", "Repeated or late"),
 }
@@ -155,7 +156,7 @@ end
 
 -- Messages ----------------------------------------------------------------------------------------------------------
 
--- Adds the fields of a payload; false when they do not come out.
+-- Adds the fields of a payload; false when they do not come out. A seal may stand behind what a host sends.
 local function add_fields(message, tvb, tree)
     local at = 0
     for _, field in ipairs(message.fields) do
@@ -185,6 +186,10 @@ local function add_fields(message, tvb, tree)
                 at = at + field.size
             end
         end
+    end
+    if message.to_controller and tvb:len() - at == SEAL then
+        tree:add(pf.tag, tvb(at, SEAL))
+        return true
     end
     return at == tvb:len()
 end

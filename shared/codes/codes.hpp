@@ -103,6 +103,10 @@ enum class Refusal : std::uint16_t {
     parameters_not_kept = 161,
     parameters_bad = 162,
     parameters_not_written = 163,
+    seal_required = 164,
+    seal_not_fitted = 165,
+    seal_expired = 166,
+    seal_wrong_key = 167,
 };
 
 enum class LimitedBy : std::uint8_t {

@@ -94,6 +94,38 @@ struct BlackboxRequest {
     }
 };
 
+/// Asks a controller that has a key for a challenge (seal.hpp). Not sealed itself. Answered by SealChallenge; the same
+/// nonce again is answered with the same challenge.
+struct SealRequest {
+    static constexpr std::uint8_t kId = 23;
+    static constexpr std::uint8_t kSince = 3;
+    static constexpr std::string_view kName = "seal_request";
+    std::uint32_t session = 0;
+    std::array<std::uint8_t, 16> nonce{};  ///< drawn by the host, new for each session
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("session", m.session), v("nonce", m.nonce);
+    }
+};
+
+/// Opens or resumes a sealed session, in place of Hello: answered by HelloReply. Not sealed: `proof` stands for it.
+/// All that the host sends from now on is sealed, with counters above `first`.
+struct SealHello {
+    static constexpr std::uint8_t kId = 24;
+    static constexpr std::uint8_t kSince = 3;
+    static constexpr std::string_view kName = "seal_hello";
+    std::uint32_t session = 0;
+    std::uint32_t challenge = 0;  ///< number of the challenge that it answers
+    std::uint16_t heartbeat_timeout_ms = 100;
+    std::uint16_t first = 0;  ///< the counters of sealed messages go on from here
+    std::array<std::uint8_t, 8> proof{};
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("session", m.session), v("challenge", m.challenge), v("heartbeat_timeout_ms", m.heartbeat_timeout_ms);
+        v("first", m.first), v("proof", m.proof);
+    }
+};
+
 // --- controller to host -------------------------------------------------------------------------------------------
 
 /// How far a job has come, for a host that lost sight of it. Pulses up to the first position have left for certain,
@@ -249,6 +281,23 @@ struct Parameters {
     static constexpr void visit(Visitor& v, Self& m) {
         v("fitted", m.fitted), v("in_force", m.in_force), v("generation", m.generation), v("layout", m.layout);
         v("bytes", m.bytes), v("crc", m.crc), v("offset", m.offset), v("count", m.count), v("data", m.data);
+    }
+};
+
+/// What a host must answer to open a sealed session, and the controller's own proof that it has the key (seal.hpp).
+struct SealChallenge {
+    static constexpr std::uint8_t kId = 81;
+    static constexpr std::uint8_t kSince = 3;
+    static constexpr std::string_view kName = "seal_challenge";
+    std::uint32_t session = 0;
+    std::uint32_t challenge = 0;           ///< number, since the controller's start
+    std::array<std::uint8_t, 16> nonce{};  ///< of the controller; never the same again, over its starts too
+    std::array<std::uint8_t, 8> proof{};
+    std::uint32_t blocks_per_s = 0;  ///< of 16 sealed bytes that are checked in time; what comes faster may be lost
+    template <class Visitor, class Self>
+    static constexpr void visit(Visitor& v, Self& m) {
+        v("session", m.session), v("challenge", m.challenge), v("nonce", m.nonce), v("proof", m.proof);
+        v("blocks_per_s", m.blocks_per_s);
     }
 };
 

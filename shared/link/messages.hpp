@@ -16,7 +16,7 @@ namespace sc::link {
 
 inline constexpr std::uint8_t kProtocolMajor = 1;
 /// Newest minor version; every older one of this major is understood too.
-inline constexpr std::uint8_t kProtocolMinor = 2;
+inline constexpr std::uint8_t kProtocolMinor = 3;
 /// Largest payload of one message.
 inline constexpr std::size_t kPayloadCapacity = 240;
 

@@ -24,12 +24,21 @@ template <class... Message>
 struct MessageList {
     static constexpr std::size_t size = sizeof...(Message);
 };
-using HostMessages =
+/// What a controller without a key knows.
+using PlainHostMessages =
     MessageList<Hello, Heartbeat, Command, JobOpen, Block, SetCompensation, ConfigRequest, MapChunk, SetMap,
                 SetGalvoField, SetPowerCurve, JobResume, PositionRequest, SetGalvoLag, TelemetryRequest,
                 BlackboxRequest, StoreParameters, ParametersRequest, SetSurface, CheckSeating, SensorsRequest>;
-using CellMessages = MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position,
-                                 StreamMissing, ClockReply, Telemetry, BlackboxChunk, Parameters, SensorReport>;
+/// What opens a sealed session.
+using SealMessages = MessageList<SealRequest, SealHello>;
+template <class... A, class... B>
+constexpr MessageList<A..., B...> joined(MessageList<A...> /*a*/, MessageList<B...> /*b*/) noexcept {
+    return {};
+}
+using HostMessages = decltype(joined(PlainHostMessages{}, SealMessages{}));
+using CellMessages =
+    MessageList<HelloReply, CommandReply, StreamAck, JobRefused, Status, ConfigChunk, Position, StreamMissing,
+                ClockReply, Telemetry, BlackboxChunk, Parameters, SensorReport, SealChallenge>;
 
 /// Calls `f(message)` with a default one of each, in order of the list.
 template <class... Message, class F>
@@ -171,6 +180,8 @@ static_assert(schema_hash(0, {.block_grammar = 2, .config = 3, .map = 1}) == 0xA
               "the messages of minor version 0 must stay as they were");
 static_assert(schema_hash(1, {.block_grammar = 3, .config = 5, .map = 1}) == 0xBFD3'E071'DC89'3732ULL,
               "the messages of minor version 1 must stay as they were");
+static_assert(schema_hash(2, {.block_grammar = 4, .config = 5, .map = 1}) == 0x0EB0'85B5'844E'0BC5ULL,
+              "the messages of minor version 2 must stay as they were");
 
 /// The minor version that a peer's schema is of; none for a schema that is not known here.
 [[nodiscard]] constexpr std::optional<std::uint8_t> minor_of(std::uint64_t schema) noexcept {

@@ -29,6 +29,9 @@ if(SC_HOST AND SC_SIM)
   sc_test(sim_params_test LABEL sim TIMEOUT 120
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/params_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_key_test LABEL sim TIMEOUT 300
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/key_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
   sc_test(sim_telemetry_command_test LABEL sim TIMEOUT 120
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/telemetry_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
@@ -72,7 +75,7 @@ if(SC_HOST AND SC_SIM)
   add_dependencies(sim_casting_test scribecell-scanner)
   foreach(test sim_calibrate_places_test sim_casting_test sim_measure_test sim_inspect_test sim_inspect_browser_test sim_axis_map_test sim_free_path_test
       sim_bad_input_test sim_calibrate_test sim_check_test sim_scribe_test sim_preview_test sim_source_test
-      sim_scribe_fault_test sim_params_test sim_surface_test sim_resume_test sim_replay_command_test sim_telemetry_command_test)
+      sim_scribe_fault_test sim_key_test sim_params_test sim_surface_test sim_resume_test sim_replay_command_test sim_telemetry_command_test)
     add_dependencies(${test} scribecell scribecell-cell scribecell-replay)
   endforeach()
   if(NOT SC_SANITIZE)

@@ -7,6 +7,7 @@ sc_test(host_bridge_test LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/fake_cell.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/fd_transport_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/link_url_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/bridge/key_file_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/machine_parameters_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/progress_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/bridge/resume_test.cpp

@@ -29,7 +29,9 @@ sc_test(unit_firmware_link LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/job_stream_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/telemetry_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/link/reply_memory_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/firmware/link/seal_test.cpp
   DEPS firmware_link shared_link)
+include(${CMAKE_CURRENT_LIST_DIR}/firmware/link/seal_mutants.cmake)
 sc_test(unit_sim_carrier LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/boards/sim/carrier/carrier_test.cpp
   DEPS boards_sim_carrier shared_link)

@@ -69,6 +69,10 @@ Answer serve(SharedRam& ram) noexcept {
         case Request::measure_stack: ram.stack_used = stack_used(); return Answer::done;
         case Request::count_loops: count_loops(ram); return Answer::done;
         case Request::exhaust_stack: ram.stack_used = exhaust_stack(0); return Answer::done;
+        case Request::fit_key:
+            served->fit_key({ram.seal_key, ram.seal_entropy});
+            ram.seal_key = {};
+            return Answer::done;
         case Request::provoke_fault: asm volatile("udf #0"); return Answer::done;
     }
     return Answer::bad_request;

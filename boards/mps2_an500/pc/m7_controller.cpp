@@ -217,6 +217,12 @@ void M7Controller::tick(const ServoInputs& inputs, ServoOutputs& outputs) {
     }
 }
 
+void M7Controller::fit_key(const link::SealSecret& secret) {
+    shared_->ram().seal_key = secret.key;
+    shared_->ram().seal_entropy = secret.entropy;
+    ask(Request::fit_key);
+}
+
 std::uint64_t M7Controller::build_id() noexcept { return kBuildId; }
 
 TickCost M7Controller::last_cost() const noexcept {

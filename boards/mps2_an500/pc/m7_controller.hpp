@@ -36,6 +36,7 @@ public:
     /// Throws std::runtime_error when QEMU has ended, the core does not answer in time, has halted with a fault record,
     /// or could not take the inputs.
     void tick(const ServoInputs& inputs, ServoOutputs& outputs) override;
+    void fit_key(const link::SealSecret& secret) override;
     [[nodiscard]] Fault first_fault() const override { return static_cast<Fault>(shared_->ram().first_fault); }
     [[nodiscard]] std::string board() const override { return "mps2_an500"; }
     [[nodiscard]] std::optional<sim::BoardFigures> figures() override;

@@ -28,6 +28,7 @@ public:
     BenchBoard(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained);
 
     void tick(const ServoInputs& inputs, ServoOutputs& outputs) override;
+    void fit_key(const link::SealSecret& secret) override { controller_->fit_key(secret); }
     [[nodiscard]] Fault first_fault() const override { return controller_->first_fault().fault; }
 
     BoardTrouble trouble;

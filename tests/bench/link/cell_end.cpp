@@ -8,6 +8,11 @@ namespace sc::bench {
 
 void CellEnd::reset() {
     endpoint_ = std::make_unique<link::Endpoint>(reference_machine(), ++boot_, options_);
+    if (key_) {
+        link::SealSecret secret{*key_, {}};
+        secret.entropy.fill(static_cast<std::uint8_t>(boot_));  // a real board's differs likewise
+        endpoint_->fit_key(secret);
+    }
     state_ = State::disabled;
     homed_ = done_ = told_ = false;
 }
@@ -154,6 +159,7 @@ void CellEnd::tick(std::int64_t tick, std::span<const std::uint8_t> in, std::vec
     }
     std::array<std::uint8_t, 1024> bytes{};
     const std::size_t size = endpoint_->transmit(bytes);
+    endpoint_->check_seals();
     out.insert(out.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "firmware/link/endpoint.hpp"
@@ -14,8 +15,10 @@ namespace sc::bench {
 /// pulse at each point that comes. What it has burnt survives its resets, as the part does.
 class CellEnd {
 public:
-    explicit CellEnd(const link::EndpointOptions& options, std::uint32_t burns_per_tick)
-        : options_(options), burns_per_tick_(burns_per_tick) {
+    /// With a key it takes sealed commands only.
+    explicit CellEnd(const link::EndpointOptions& options, std::uint32_t burns_per_tick,
+                     const std::optional<crypto::Key>& key = std::nullopt)
+        : options_(options), burns_per_tick_(burns_per_tick), key_(key) {
         reset();
     }
 
@@ -30,6 +33,7 @@ public:
     /// Points burnt in the first tick.
     [[nodiscard]] std::size_t burnt_at_first() const noexcept { return burnt_at_first_; }
     void forget_times() noexcept { first_burn_tick_ = -1; }
+    [[nodiscard]] const link::Endpoint& endpoint() const noexcept { return *endpoint_; }
     [[nodiscard]] bool refused() const noexcept { return refused_; }
 
 private:
@@ -48,6 +52,7 @@ private:
 
     link::EndpointOptions options_;
     std::uint32_t burns_per_tick_;
+    std::optional<crypto::Key> key_;
     std::unique_ptr<link::Endpoint> endpoint_;
     std::uint32_t boot_ = 0;
     State state_ = State::disabled;

@@ -23,6 +23,7 @@ public:
         ASSERT_GT(size, 0U);
         digest_.update(std::span(image_).first(size));
     }
+    void fit_key(const link::SealSecret& secret) override { inner_->fit_key(secret); }
     [[nodiscard]] Fault first_fault() const override { return inner_->first_fault(); }
     [[nodiscard]] std::string board() const override { return inner_->board(); }
     [[nodiscard]] std::optional<sim::BoardFigures> figures() override { return inner_->figures(); }

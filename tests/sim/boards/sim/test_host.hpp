@@ -146,6 +146,7 @@ private:
     void take(const link::Telemetry&) {}
     void take(const link::BlackboxChunk&) {}
     void take(const link::Parameters&) {}
+    void take(const link::SealChallenge&) {}
 
     SimCell* cell_;
     std::uint16_t counter_ = 0;

@@ -57,6 +57,7 @@ void CellRig::receive() {
             void operator()(const link::ClockReply& m) const { rig.clock_replies_.push_back(m); }
             void operator()(const link::Telemetry& m) const { rig.telemetry_.push_back(m); }
             void operator()(const link::BlackboxChunk& m) const { rig.chunk_ = m; }
+            void operator()(const link::SealChallenge& /*m*/) const {}
             void operator()(const link::Parameters& m) const { rig.parameters_ = m; }
         };
         (void)link::dispatch(link::CellMessages{}, envelope, Handler{*this});

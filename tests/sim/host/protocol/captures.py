@@ -38,7 +38,8 @@ def seen_message(proto):
     if message["good"]:
         message.update(id=int(plain["scribecell.id"]), counter=int(plain["scribecell.counter"]),
                        minor=int(plain["scribecell.minor"]), lost=int(plain["scribecell.lost"]),
-                       repeated=plain["scribecell.repeated"] == "1", fields=values_of(proto))
+                       repeated=plain["scribecell.repeated"] == "1",
+                       tag=plain.get("scribecell.tag", "").replace(":", ""), fields=values_of(proto))
     return message
 
 
@@ -90,7 +91,7 @@ def compare_tshark(decoded, lua, capture, *options, packets=True):
     found = []
     if len(good) != len(decoded["messages"]):
         found.append(f"{len(good)} messages by tshark, {len(decoded['messages'])} by scribecell")
-    heads = ["direction", "id", "counter", "minor", "lost", "repeated"] + (["packet"] if packets else [])
+    heads = ["direction", "id", "counter", "minor", "lost", "repeated", "tag"] + (["packet"] if packets else [])
     for mine, seen in zip(decoded["messages"], good):
         where = f"packet {mine['packet']}, {mine['name']}"
         found += [f"{where}: {key} {mine[key]}, tshark {seen[key]}" for key in heads if mine[key] != seen[key]]

@@ -74,6 +74,7 @@ public:
     std::vector<Telemetry> telemetry;
     std::vector<BlackboxChunk> boxes;
     std::vector<Parameters> parameters;
+    std::vector<SealChallenge> challenges;
     std::vector<std::uint8_t> order;
     std::vector<std::uint16_t> counters;
     int malformed = 0;
@@ -84,6 +85,7 @@ private:
     void keep(const ClockReply& m) { clocks.push_back(m); }
     void keep(const Telemetry& m) { telemetry.push_back(m); }
     void keep(const BlackboxChunk& m) { boxes.push_back(m); }
+    void keep(const SealChallenge& m) { challenges.push_back(m); }
     void keep(const Parameters& m) { parameters.push_back(m); }
     void keep(const SensorReport& m) { sensors.push_back(m); }
     void keep(const HelloReply& m) { hellos.push_back(m); }

@@ -135,6 +135,8 @@ private:
     void take(const link::ConfigRequest& m);
     void take(const link::MapChunk& m);
     void take(const link::SetMap& m);
+    void take(const link::SealRequest& /*m*/) {}  ///< has no key
+    void take(const link::SealHello& /*m*/) {}
 
     Trouble trouble_;
     std::mt19937_64 random_;
