@@ -8,6 +8,8 @@
 #include <Eigen/Dense>
 #include <fmt/format.h>
 
+#include "host/calibration/galvo_residual.hpp"
+
 namespace sc::host {
 namespace {
 
@@ -23,12 +25,7 @@ constexpr double kNotBelieved = 6.0;
 constexpr double kFarthest = 6.0;
 constexpr int kRounds = 12;
 constexpr int kSteps = 30;
-/// How far a head and its lens may be from nominal, 1 σ; in the order of GalvoModel::Parameter.
-constexpr std::array<double, GalvoModel::kParameters> kPrior{2e-3, 2e-3, 0.05, 0.05, 0.05, 0.05, 0.5e-3, 5e-3,
-                                                             0.06, 0.06, 3.0,  3.0,  20.0, 0.01, 0.01};
-/// Stiffnesses of the grid that are tried, four a decade from 1e-3 on.
-constexpr int kStiffnesses = 37;
-constexpr double kStiffer = 1.7782794;
+constexpr const auto& kPrior = kGalvoSpread;
 constexpr auto kN = static_cast<Eigen::Index>(GalvoModel::kParameters);
 using Vector = Eigen::Matrix<double, kN, 1>;
 using Square = Eigen::Matrix<double, kN, kN>;
@@ -60,7 +57,8 @@ public:
         fit.model = model_of(x);
         fit.ray_rms = rms(residuals(fit.model));
         if (options_.residual_grid) {
-            fit.grid_freedom = add_grid(fit.model);
+            fit.grid_freedom = fit_residual_grid(fit.model, samples(residuals(fit.model)), options_.residual_half,
+                                                 options_.residual_side);
             reweigh(residuals(fit.model));
         }
         const auto left = residuals(fit.model);
@@ -115,6 +113,14 @@ private:
             const double distance = std::hypot(left[i][0], left[i][1]) / (kCauchy * scale(i));
             weight_[i] = 1.0 / (1.0 + distance * distance);
         }
+    }
+
+    [[nodiscard]] std::vector<ResidualSample> samples(const std::vector<FieldPlace>& left) const {
+        std::vector<ResidualSample> out;
+        for (std::size_t i = 0; i < crosses_.size(); ++i) {
+            out.push_back({crosses_[i].command, left[i], weight_[i]});
+        }
+        return out;
     }
 
     [[nodiscard]] double rms(const std::vector<FieldPlace>& left) const {
@@ -196,94 +202,6 @@ private:
             }
         }
         return x;
-    }
-
-    /// Fits what is left by a spline whose curvature costs; returns the freedom that it keeps.
-    double add_grid(GalvoModel& model) const {
-        const std::size_t side = options_.residual_side;
-        const auto n = static_cast<Eigen::Index>(side * side);
-        const auto left = residuals(model);
-        Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
-        Eigen::MatrixXd right = Eigen::MatrixXd::Zero(n, 2);
-        std::vector<Eigen::VectorXd> rows;
-        for (std::size_t i = 0; i < crosses_.size(); ++i) {
-            Eigen::VectorXd row = Eigen::VectorXd::Zero(n);
-            const ResidualWeights x = residual_weights(crosses_[i].command[0], options_.residual_half, side);
-            const ResidualWeights z = residual_weights(crosses_[i].command[1], options_.residual_half, side);
-            for (std::size_t b = 0; b < 4; ++b) {
-                for (std::size_t a = 0; a < 4; ++a) {
-                    row(static_cast<Eigen::Index>((z.first + b) * side + x.first + a)) = x.weight[a] * z.weight[b];
-                }
-            }
-            normal += weight_[i] * row * row.transpose();
-            right.col(0) += weight_[i] * left[i][0] * row;
-            right.col(1) += weight_[i] * left[i][1] * row;
-            rows.push_back(std::move(row));
-        }
-        const Eigen::MatrixXd penalty = curvature(side);
-        double best = 1e300;
-        double freedom = 0.0;
-        Eigen::MatrixXd nodes;
-        double stiffness = 1e-3;
-        for (int step = 0; step < kStiffnesses; ++step, stiffness *= kStiffer) {
-            const Eigen::LDLT<Eigen::MatrixXd> solver(normal + stiffness * penalty);
-            const Eigen::MatrixXd tried = solver.solve(right);
-            const double kept = solver.solve(normal).trace();
-            double sum = 0.0;
-            double count = 0.0;
-            for (std::size_t i = 0; i < rows.size(); ++i) {
-                const double dx = left[i][0] - rows[i].dot(tried.col(0));
-                const double dz = left[i][1] - rows[i].dot(tried.col(1));
-                sum += weight_[i] * (dx * dx + dz * dz);
-                count += weight_[i];
-            }
-            const double spare = 1.0 - kept / count;
-            const double score = sum / (spare * spare);
-            if (spare > 0.05 && score < best) {
-                best = score;
-                nodes = tried;
-                freedom = kept;
-            }
-        }
-        if (freedom < 1.0) {
-            return 0.0;  // what is left is noise
-        }
-        model.residual_half = options_.residual_half;
-        model.residual_side = side;
-        model.residual.clear();
-        for (Eigen::Index i = 0; i < n; ++i) {
-            model.residual.push_back({nodes(i, 0), nodes(i, 1)});
-        }
-        return freedom;
-    }
-
-    /// Second differences along both directions and mixed, and a trace of size, which keeps it regular.
-    [[nodiscard]] static Eigen::MatrixXd curvature(std::size_t side) {
-        const auto n = static_cast<Eigen::Index>(side * side);
-        Eigen::MatrixXd out = 1e-3 * Eigen::MatrixXd::Identity(n, n);
-        const auto at = [side](std::size_t i, std::size_t j) { return static_cast<Eigen::Index>(j * side + i); };
-        const auto add = [&](std::initializer_list<std::pair<Eigen::Index, double>> terms) {
-            for (const auto& [a, p] : terms) {
-                for (const auto& [b, q] : terms) {
-                    out(a, b) += p * q;
-                }
-            }
-        };
-        for (std::size_t j = 0; j < side; ++j) {
-            for (std::size_t i = 0; i < side; ++i) {
-                if (i + 2 < side) {
-                    add({{at(i, j), 1.0}, {at(i + 1, j), -2.0}, {at(i + 2, j), 1.0}});
-                }
-                if (j + 2 < side) {
-                    add({{at(i, j), 1.0}, {at(i, j + 1), -2.0}, {at(i, j + 2), 1.0}});
-                }
-                if (i + 1 < side && j + 1 < side) {
-                    const double root = std::sqrt(2.0);
-                    add({{at(i, j), root}, {at(i + 1, j), -root}, {at(i, j + 1), -root}, {at(i + 1, j + 1), root}});
-                }
-            }
-        }
-        return out;
     }
 
     [[nodiscard]] double field_sigma(const Vector& x, const Square& inverse) const {

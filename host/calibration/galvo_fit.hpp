@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -11,6 +12,10 @@
 /// The galvo's model from burnt and measured crosses.
 
 namespace sc::host {
+
+/// How far a head and its lens may be from nominal, 1 σ; in the order of GalvoModel::Parameter.
+inline constexpr std::array<double, GalvoModel::kParameters> kGalvoSpread{
+    2e-3, 2e-3, 0.05, 0.05, 0.05, 0.05, 0.5e-3, 5e-3, 0.06, 0.06, 3.0, 3.0, 20.0, 0.01, 0.01};
 
 /// One cross: commanded and found. Metres.
 struct CrossObservation {
