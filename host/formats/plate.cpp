@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/formats/plate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <string>
@@ -15,10 +16,20 @@ namespace {
 
 class Rows {
 public:
-    Rows(const std::filesystem::path& path, const std::vector<std::string_view>& columns) : csv_(CsvTable::read(path)) {
-        csv_.refuse_columns_beyond(columns);
+    Rows(const std::filesystem::path& path, const std::vector<std::string_view>& columns,
+         const std::vector<std::string_view>& more = {})
+        : csv_(CsvTable::read(path)) {
+        std::vector<std::string_view> known = columns;
+        known.insert(known.end(), more.begin(), more.end());
+        csv_.refuse_columns_beyond(known);
         for (const std::string_view column : columns) {
             columns_.push_back(csv_.column(column));
+        }
+        more_ = std::ranges::any_of(more, [this](std::string_view column) { return csv_.has(column); });
+        for (const std::string_view column : more) {
+            if (more_) {
+                columns_.push_back(csv_.column(column));
+            }
         }
         if (csv_.size() == 0) {
             throw InputError(
@@ -26,6 +37,7 @@ public:
         }
     }
     [[nodiscard]] std::size_t size() const { return csv_.size(); }
+    [[nodiscard]] bool has_more() const { return more_; }
     [[nodiscard]] int number(std::size_t row) {
         const int no = csv_.integer(row, columns_[0]);
         if (!seen_.insert(no).second) {
@@ -53,6 +65,7 @@ private:
     CsvTable csv_;
     std::vector<std::size_t> columns_;
     std::set<int> seen_;
+    bool more_ = false;
 };
 
 }  // namespace
@@ -91,6 +104,29 @@ std::vector<MeasuredCross> read_measured_crosses(const std::filesystem::path& pa
                         "give the standard deviation of a measured coordinate, in millimetres");
         }
         out.push_back({no, {rows.length(i, 1), rows.length(i, 2), rows.length(i, 3)}, sigma});
+    }
+    return out;
+}
+
+std::vector<SeenCross> read_seen_crosses(const std::filesystem::path& path) {
+    Rows rows(path, {"no", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z"}, {"width", "sigma_width"});
+    std::vector<SeenCross> out;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        SeenCross cross{.no = rows.number(i),
+                        .place = {rows.length(i, 1), rows.length(i, 2), rows.length(i, 3)},
+                        .sigma = {rows.length(i, 4), rows.length(i, 5), rows.length(i, 6)}};
+        if (rows.has_more()) {
+            cross.width = rows.length(i, 7);
+            cross.width_sigma = rows.length(i, 8);
+        }
+        const bool measured = cross.width != 0.0 || cross.width_sigma != 0.0;
+        if (!(cross.sigma.x > 0.0 && cross.sigma.y > 0.0 && cross.sigma.z > 0.0) ||
+            (measured && !(cross.width > 0.0 && cross.width_sigma > 0.0))) {
+            rows.refuse(i, "a width or a sigma is not above zero", std::to_string(cross.no),
+                        "give standard deviations in millimetres; width and sigma_width are both 0 where none was "
+                        "measured");
+        }
+        out.push_back(cross);
     }
     return out;
 }
