@@ -20,6 +20,11 @@ sc_test(host_calibration_test LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/transforms_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/turntable_fit_test.cpp
   DEPS host_calibration)
+sc_test(host_calibration_cell_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/calibration/focus_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/plate_fit_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/sensor_ray_test.cpp
+  DEPS host_calibration Eigen3::Eigen)
 sc_test(host_formats_geometry_test LABEL unit
   SOURCES ${dir}/mesh_test.cpp ${dir}/scan_test.cpp
   DEPS host_formats)
