@@ -7,10 +7,20 @@ namespace sc::host::cli {
 namespace {
 
 constexpr const char* kExamples = R"(Examples:
+  scribecell calibrate all --out cell1
+      the whole simulated cell, from nothing to one set, and what it is worth on 36 markers
   scribecell calibrate axes --measurements axes.csv --calibration old.toml --out new.toml
       squareness, scale, straightness, pitch and backlash of X, Y and Z
   scribecell calibrate galvo-field --out field1
       field correction of the galvo, from crosses burnt in the simulated cell
+  scribecell calibrate plate --out plate1
+      h_from_c and the galvo's field together, from crosses burnt on a stepped block that the 3-D sensor measures
+  scribecell calibrate focus --out focus1
+      where the focus is, and the beam's waist, from a burnt ladder
+  scribecell calibrate pointing --out pointed
+      markers of the stepped mobile target in h, pointed at with the guide spot
+  scribecell calibrate y-sensor --out y1
+      where the Y sensor looks, from a scan over planes that the 3-D sensor has measured
   scribecell calibrate galvo-lag --out lag1
       how the mirrors follow: latency, natural frequency and damping, from lines burnt in the simulated cell
   scribecell calibrate stereo --left left*.png --right right*.png --board 9x6 --square 25
@@ -35,8 +45,13 @@ void add_calibrate(CLI::App& app, int& exit_code) {
         app.add_subcommand("calibrate", "Work out a calibration from measurements, and write it to a calibration set.");
     calibrate->require_subcommand(1);
     calibrate->footer(kExamples);
+    add_calibrate_all(*calibrate, exit_code);
     add_calibrate_axes(*calibrate, exit_code);
     add_calibrate_galvo_field(*calibrate, exit_code);
+    add_calibrate_plate(*calibrate, exit_code);
+    add_calibrate_focus(*calibrate, exit_code);
+    add_calibrate_pointing(*calibrate, exit_code);
+    add_calibrate_y_sensor(*calibrate, exit_code);
     add_calibrate_galvo_lag(*calibrate, exit_code);
     add_calibrate_cameras(*calibrate, exit_code);
     add_calibrate_hand_eye(*calibrate, exit_code);

@@ -28,22 +28,6 @@ namespace {
 
 constexpr const char* kCamera = "scribecell-plate-camera";
 
-std::filesystem::path in_project(const char* path) {
-    const auto root = find_project_root();
-    if (!root) {
-        throw InputError({.file = {},
-                          .problem = "the project's files are not beside this program",
-                          .value = path,
-                          .action = "name the file, or set SCRIBECELL_ROOT to the project's folder"});
-    }
-    return *root / path;
-}
-
-std::string now_text() {
-    return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z",
-                       fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
-}
-
 /// Where the encoders say that the axes stood while each of the plate's grids was burnt: a drive at rest is a few
 /// micrometres off its set-point, and that is not the galvo's error.
 class Stands {
@@ -134,22 +118,39 @@ void check(const GalvoFieldOptions& options) {
 
 }  // namespace
 
-void burn_plate(const GalvoFieldOptions& options, const CalibrationSet& set, const std::filesystem::path& folder) {
+std::filesystem::path in_project(const char* path) {
+    const auto root = find_project_root();
+    if (!root) {
+        throw InputError({.file = {},
+                          .problem = "the project's files are not beside this program",
+                          .value = path,
+                          .action = "name the file, or set SCRIBECELL_ROOT to the project's folder"});
+    }
+    return *root / path;
+}
+
+std::string now_text() {
+    return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z",
+                       fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
+}
+
+void burn_crosses(const CrossBurn& burn, const CalibrationSet& set,
+                  const std::function<PlatePlan(const MachineConfig&)>& planner, const std::filesystem::path& folder) {
     LinkOptions link;
-    link.key = options.key;
-    const bool simulated = is_simulated(options.link);
+    link.key = burn.key;
+    const bool simulated = is_simulated(burn.link);
     if (simulated) {
-        link.world = options.world.value_or(in_project("boards/sim/world/plate/world.toml"));
+        link.world = burn.world;
         link.out = folder;
-        link.seed = options.seed;
+        link.seed = burn.seed;
     }
     ProgressPrinter printer(stderr_is_terminal());
-    const auto transport = open_transport(options.link, link);
-    CellClient client(*transport, client_options(link, simulated ? static_cast<std::uint32_t>(options.seed) + 1U
+    const auto transport = open_transport(burn.link, link);
+    CellClient client(*transport, client_options(link, simulated ? static_cast<std::uint32_t>(burn.seed) + 1U
                                                                  : std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
-    PlatePlan plan = plan_plate({}, client.read_config());
+    PlatePlan plan = planner(client.read_config());
     Stands stands(plan);
     SessionOptions session_options;
     session_options.on_progress = [&](const Progress& progress) {
@@ -175,6 +176,14 @@ void burn_plate(const GalvoFieldOptions& options, const CalibrationSet& set, con
         cross.command = nominal.command_for(cross.command);
     }
     write_plate_plan(folder / "plan.csv", plan.crosses);
+}
+
+void burn_plate(const GalvoFieldOptions& options, const CalibrationSet& set, const std::filesystem::path& folder) {
+    CrossBurn burn{.link = options.link, .world = {}, .seed = options.seed, .key = options.key};
+    if (is_simulated(burn.link)) {
+        burn.world = options.world.value_or(in_project("boards/sim/world/plate/world.toml"));
+    }
+    burn_crosses(burn, set, [](const MachineConfig& machine) { return plan_plate({}, machine); }, folder);
 }
 
 void measure_plate(const std::filesystem::path& folder, double sigma_um, std::uint64_t seed,

@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
 #include "host/calibration/galvo_fit.hpp"
 #include "host/formats/calibration_set.hpp"
+#include "host/path/plate_plan.hpp"
 
 namespace sc::host::cli {
 
@@ -33,6 +35,24 @@ struct GalvoFieldOutcome {
     std::size_t crosses = 0;
     std::string files;  ///< where they are, for a person; empty: nothing was kept
 };
+
+/// One of the project's own files. Throws InputError.
+[[nodiscard]] std::filesystem::path in_project(const char* path);
+/// Now, ISO 8601, UTC.
+[[nodiscard]] std::string now_text();
+
+/// Where crosses are burnt.
+struct CrossBurn {
+    std::string link = "sim:";
+    std::filesystem::path world;  ///< of the simulated cell
+    std::uint64_t seed = 1;
+    std::optional<std::filesystem::path> key{};  ///< file of the cell's key
+};
+/// Burns the crosses of a plan through the link, with the axes as the set has them and an ideal head's field in place
+/// of the galvo's correction, and writes plan.csv and, in the simulated cell, pulses.trace to `folder`. Throws
+/// InputError, CellError and what Session throws.
+void burn_crosses(const CrossBurn& burn, const CalibrationSet& set,
+                  const std::function<PlatePlan(const MachineConfig&)>& planner, const std::filesystem::path& folder);
 
 /// Burns the plate of crosses through `link`, with no field correction, and writes plan.csv and, in the simulated cell,
 /// pulses.trace to `folder`. Throws InputError, CellError and what Session throws.

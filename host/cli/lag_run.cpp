@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/lag_run.hpp"
 
-#include <chrono>
 #include <random>
 #include <stdexcept>
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include "host/bridge/child_process.hpp"
@@ -14,6 +12,7 @@
 #include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/calibration/galvo_model.hpp"
+#include "host/cli/calibrate_run.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/run_folder.hpp"
 #include "host/formats/error.hpp"
@@ -23,22 +22,6 @@ namespace sc::host::cli {
 namespace {
 
 constexpr const char* kCamera = "scribecell-plate-camera";
-
-std::filesystem::path in_project(const char* path) {
-    const auto root = find_project_root();
-    if (!root) {
-        throw InputError({.file = {},
-                          .problem = "the project's files are not beside this program",
-                          .value = path,
-                          .action = "name the file, or set SCRIBECELL_ROOT to the project's folder"});
-    }
-    return *root / path;
-}
-
-std::string now_text() {
-    return fmt::format("{:%Y-%m-%dT%H:%M:%S}Z",
-                       fmt::gmtime(std::chrono::system_clock::to_time_t(std::chrono::system_clock::now())));
-}
 
 void check(const GalvoLagOptions& options) {
     if (options.measured.has_value() != options.plan.has_value()) {

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/jog_moves.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "shared/path/item.hpp"
+
+namespace sc::host::cli {
+namespace {
+
+constexpr double kLargest = 10e-3;
+constexpr double kLargestTurn = 10.0;
+constexpr double kFast = 50.0;      ///< mm/s
+constexpr double kFastTurn = 20.0;  ///< degrees/s
+constexpr double kNear = 2e-6;
+constexpr Nanoseconds kBegin = std::chrono::milliseconds(100);
+constexpr Nanoseconds kSettle = std::chrono::milliseconds(60);
+constexpr Nanoseconds kSensorLimit = std::chrono::seconds(3);
+
+}  // namespace
+
+void JogMoves::step(std::size_t axis, double distance) {
+    const bool turn = axis == 3;
+    const double units = turn ? kWireUnitsPerDegree : kWireUnitsPerMetre;
+    const auto way = static_cast<std::int32_t>(std::llround(distance * units));
+    if (way == 0) {
+        return;
+    }
+    const double size = turn ? std::abs(distance) : std::abs(distance) * 1e3;
+    const double speed = std::min(turn ? kFastTurn : kFast, 1.0 + 10.0 * size);
+    bool begun = false;
+    client_->on_state([&begun](State, State to) { begun = begun || to == State::jogging; });
+    client_->command(link::Verb::jog, static_cast<std::int32_t>(axis), way,
+                     static_cast<std::int32_t>(std::llround(speed * 1e3)));
+    client_->pump_until([&] { return begun; }, kBegin);
+    client_->wait_for({State::idle}, std::chrono::seconds(5), "the jog");
+    client_->on_state({});
+}
+
+void JogMoves::by(std::size_t axis, double distance) {
+    const double largest = axis == 3 ? kLargestTurn : kLargest;
+    const auto steps = static_cast<int>(std::ceil(std::abs(distance) / largest - 1e-9));
+    for (int i = 0; i < steps; ++i) {
+        step(axis, distance / steps);
+    }
+}
+
+void JogMoves::to(const Vec3& target) {
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        const Vec3 off = target - place();
+        if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) < kNear) {
+            return;
+        }
+        if (off.y > 0.0) {
+            by(1, off.y);
+        }
+        by(0, off.x);
+        by(2, off.z);
+        if (off.y < 0.0) {
+            by(1, off.y);
+        }
+    }
+}
+
+void JogMoves::turn_to(double c_deg) { by(3, c_deg - reading()[3]); }
+
+std::array<double, 4> JogMoves::reading() {
+    client_->pump_until([] { return false; }, kSettle);
+    const auto& actual = client_->status()->actual;
+    return {actual[0] / kWireUnitsPerMetre, actual[1] / kWireUnitsPerMetre, actual[2] / kWireUnitsPerMetre,
+            actual[3] / kWireUnitsPerDegree};
+}
+
+std::optional<JogMoves::Distance> JogMoves::distance(std::size_t sensor, int samples) {
+    std::vector<double> values;
+    std::uint32_t seen = client_->read_sensors().count.at(sensor);
+    const HostTime end = client_->now() + kSensorLimit;
+    while (values.size() < static_cast<std::size_t>(samples)) {
+        const link::SensorReport report = client_->read_sensors();
+        if (report.code.at(sensor) == 0 && report.quality.at(sensor) == 1 && report.count.at(sensor) != seen) {
+            seen = report.count.at(sensor);
+            values.push_back(report.value.at(sensor) / kWireUnitsPerMetre);
+        }
+        if (client_->now() > end) {
+            return std::nullopt;
+        }
+        client_->pump_until([] { return false; }, std::chrono::milliseconds(5));
+    }
+    Distance out;
+    for (const double v : values) {
+        out.mean += v / samples;
+    }
+    for (const double v : values) {
+        out.sigma += (v - out.mean) * (v - out.mean);
+    }
+    out.sigma = std::sqrt(out.sigma / std::max(1, samples - 1) / samples);
+    return out;
+}
+
+}  // namespace sc::host::cli

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "host/bridge/client.hpp"
+#include "shared/geometry/vec.hpp"
+
+/// Moves of a person's kind: axis by axis, in steps that a jog may have, with readings at their end.
+
+namespace sc::host::cli {
+
+class JogMoves {
+public:
+    /// The cell must be idle, powered and homed (Session::enable_and_home) when moves begin.
+    explicit JogMoves(CellClient& client) : client_(&client) {}
+
+    /// Moves one axis (0 to 2: metres; 3: degrees) by so much, in steps of 10 mm or degrees at most. Throws CellRefused
+    /// with what the cell says, CellFault, Interrupted.
+    void by(std::size_t axis, double distance);
+    /// To a reading (metres): y first when it rises, last when it falls; until the reading is within 2 um, or three
+    /// tries.
+    void to(const Vec3& reading);
+    void turn_to(double c_deg);
+    /// What the encoders say now: x, y, z in metres, C in degrees.
+    [[nodiscard]] std::array<double, 4> reading();
+    [[nodiscard]] Vec3 place() {
+        const auto r = reading();
+        return {r[0], r[1], r[2]};
+    }
+    /// Mean and standard deviation of the mean of so many measurements of a distance sensor (0: the Y sensor), metres;
+    /// nothing where it is not fitted or gives none within 3 s.
+    struct Distance {
+        double mean = 0.0;
+        double sigma = 0.0;
+    };
+    [[nodiscard]] std::optional<Distance> distance(std::size_t sensor, int samples);
+
+private:
+    void step(std::size_t axis, double distance);
+
+    CellClient* client_;
+};
+
+}  // namespace sc::host::cli
