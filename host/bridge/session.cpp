@@ -69,6 +69,9 @@ void Session::step(const std::string& what) const {
 void Session::clear() {
     client_->pump_until([this] { return client_->status().has_value(); }, kFirstStatusLimit);
     if (client_->state() == State::fault && options_.reset_fault) {
+        if (options_.on_fault) {
+            options_.on_fault();
+        }
         step("resetting the fault");
         client_->command(link::Verb::reset_fault);
         client_->wait_for({State::disabled}, kRestLimit, "resetting the fault");

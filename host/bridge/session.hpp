@@ -31,7 +31,8 @@ struct PreviewResult {
 
 struct SessionOptions {
     StreamOptions stream;
-    bool reset_fault = false;  ///< acknowledge a latched fault before powering the axes
+    bool reset_fault = false;          ///< acknowledge a latched fault before powering the axes
+    std::function<void()> on_fault{};  ///< before it is acknowledged: what the cell still knows of it may be kept
     std::function<void(const Progress&)> on_progress;
     std::function<void(const std::string&)> on_step;  ///< "homing" and so on, for a person
 };

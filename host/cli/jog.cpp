@@ -8,6 +8,7 @@
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
+#include "host/cli/black_box_file.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/key_option.hpp"
 #include "host/cli/number_text.hpp"
@@ -121,6 +122,7 @@ int run(const JogOptions& options) {
     client.connect();
     SessionOptions session_options;
     session_options.reset_fault = options.reset_fault;
+    session_options.on_fault = [&client] { std::fprintf(stderr, "%s\n", keep_black_box(client, {}).c_str()); };
     session_options.on_step = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); };
     Session session(client, session_options);
     try {

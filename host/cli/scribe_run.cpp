@@ -14,6 +14,7 @@
 
 #include "host/bridge/stop.hpp"
 #include "host/calibration/galvo_model.hpp"
+#include "host/cli/black_box_file.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/override_keys.hpp"
 #include "host/cli/progress_printer.hpp"
@@ -125,6 +126,7 @@ private:
         session_options.stream.items_per_block = options_.points_per_block;
         session_options.stream.wanted_override = [this](std::uint8_t percent) { return pressed(percent); };
         session_options.reset_fault = options_.reset_fault;
+        session_options.on_fault = [this, &client] { printer_.step(keep_black_box(client, folder_of_records())); };
         session_options.on_progress = [this](const Progress& progress) { note(progress); };
         session_options.on_step = [this](const std::string& what) { printer_.step(what); };
         Session session(client, session_options);
@@ -217,6 +219,14 @@ private:
                                         "PATH/PASS/PULSES as counted"});
         }
         return confirmed_place(items, known, *word);
+    }
+
+    /// Beside the traces, or the journal; the present folder without either.
+    [[nodiscard]] std::filesystem::path folder_of_records() const {
+        if (options_.link_options.out) {
+            return *options_.link_options.out;
+        }
+        return options_.journal ? options_.journal->parent_path() : std::filesystem::path();
     }
 
     [[nodiscard]] std::filesystem::path journal_file() const {

@@ -118,6 +118,11 @@ TEST_F(Resume, ACellThatHasGivenUpWaitingGoesOnOnceItsFaultIsAcknowledged) {
     EXPECT_EQ(cell.scribe({"--resume"}), 1) << "the fault is latched";
     EXPECT_NE(cell.said.find("link_lost"), std::string::npos) << cell.said;
     ASSERT_EQ(cell.scribe({"--resume", "--reset-fault"}), 0) << cell.said;
+    const std::string told = "the cell's last seconds before the fault are in ";
+    const std::size_t at = cell.said.find(told);
+    ASSERT_NE(at, std::string::npos) << cell.said;
+    const std::string file = cell.said.substr(at + told.size(), cell.said.find('\n', at) - at - told.size());
+    EXPECT_NE(read_file(file).find("link_lost"), std::string::npos) << file << " says what befell";
     expect_same(cell.end(), undisturbed);
 }
 
