@@ -131,6 +131,16 @@ CalibrationSet with_plate(CalibrationSet set, const PlateFit& fit, const std::st
     set.galvo_field = fit.galvo.record();
     set.galvo_field->covariance = fit.of_galvo;
     set.galvo_field->provenance = provenance;
+    // What a shift of h and the field have in common.
+    std::erase_if(set.cross, [](const CrossCovariance& cross) {
+        return std::ranges::count(cross.between, "h_from_c") + std::ranges::count(cross.between, "galvo_field") > 0;
+    });
+    CrossCovariance shared{.between = {"h_from_c", "galvo_field"}, .at = {}};
+    for (std::size_t i = 0; i < 6; ++i) {
+        const auto& row = fit.joint.at[i];
+        shared.at.emplace_back(row.begin() + 6, row.begin() + 6 + GalvoModel::kParameters);
+    }
+    set.cross.push_back(std::move(shared));
     if (fit.widths > 0) {
         set.beam = BeamRecord{.waist = fit.mark.waist,
                               .rayleigh_length = fit.mark.rayleigh,
