@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "host/registration/chain_problem.hpp"
+#include "host/registration/view_graph.hpp"
 
 namespace sc::host {
 namespace {
@@ -16,6 +17,7 @@ constexpr double kFalseAlarm = 1e-4;
 constexpr int kRobotRounds = 6;
 constexpr double kRobotStill = 0.05;  ///< the noise changed by less: it is found
 constexpr std::size_t kMostRounds = 200;
+constexpr std::size_t kBadShare = 5;  ///< one of so many views may be left out
 constexpr double kFreeAngle = 1e-30;  ///< weight of a reading that is wrong
 
 class Bundle {
@@ -189,7 +191,26 @@ const ChainMarkerResult* ChainResult::find(int id) const noexcept {
     return at == markers.end() ? nullptr : &*at;
 }
 
-ChainResult fit_chain(const ChainInput& input, const ChainOptions& options) { return Bundle(input, options).run(); }
+ChainResult fit_chain(const ChainInput& input, const ChainOptions& options) {
+    ChainInput left = input;
+    std::vector<std::string> bad;
+    std::vector<std::string> why;
+    for (;;) {
+        try {
+            ChainResult out = Bundle(left, options).run();
+            out.bad_views = bad;
+            out.notes.insert(out.notes.begin(), why.begin(), why.end());
+            return out;
+        } catch (const BadView& error) {
+            if (!options.find_wrong || kBadShare * (bad.size() + 1) > input.views.size()) {
+                throw;
+            }
+            bad.push_back(left.views[error.view()].seen.view);
+            why.push_back(fmt::format("view {} is left out: {}", bad.back(), error.problem()));
+            left.views.erase(left.views.begin() + static_cast<std::ptrdiff_t>(error.view()));
+        }
+    }
+}
 
 ChainResult chain_step_by_step(const ChainInput& input, const ChainOptions& options) {
     return chain_result(input, options, start_chain(input, options), nullptr);

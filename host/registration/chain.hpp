@@ -117,6 +117,7 @@ struct ChainResult {
     std::vector<MarkerFinding> findings;  ///< swapped, misnumbered, wrong
     std::vector<std::string> notes;
     std::vector<ChainPlace> places;
+    std::vector<std::string> bad_views;  ///< left out altogether; `notes` say why
 
     struct Transform {
         Mat3 rotation;
@@ -149,10 +150,11 @@ struct ChainResult {
     [[nodiscard]] const ChainMarkerResult* find(int id) const noexcept;
 };
 
-/// Throws InputError (with the file): fewer than two views or a view without three markers in common with the others
-/// (named), markers on a line, clouds and places in other units or mirrored, an angle that counts clockwise, too many
-/// wrong markers, fewer than three markers pointed at, and data that leave a view, h_from_c or the axis more uncertain
-/// than the options allow (the blind direction is named).
+/// Views that cannot be brought to the others are left out and named, up to a fifth of them. Throws InputError (with
+/// the file): fewer than two views, more views without three markers in common with the others (named), markers on a
+/// line, clouds and places in other units or mirrored, an angle that counts clockwise, too many wrong markers, fewer
+/// than three markers pointed at, and data that leave a view, h_from_c or the axis more uncertain than the options
+/// allow (the blind direction is named).
 [[nodiscard]] ChainResult fit_chain(const ChainInput& input, const ChainOptions& options = {});
 
 /// The same by closed forms in a chain, each taking what the one before gave as exact: view by view, mean places, rigid

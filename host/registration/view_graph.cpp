@@ -93,6 +93,14 @@ private:
                           .value = std::move(value),
                           .action = std::move(action)});
     }
+    [[noreturn]] void refuse_bad(std::size_t view, std::string problem, std::string value, std::string action) const {
+        throw BadView({.file = file_.string(),
+                       .line = views_[view].line,
+                       .problem = std::move(problem),
+                       .value = std::move(value),
+                       .action = std::move(action)},
+                      view);
+    }
     [[nodiscard]] bool is_still(int id) const { return still_.contains(id); }
     [[nodiscard]] bool has_turning() const {
         return std::ranges::any_of(views_, [this](const MarkerView& v) {
@@ -156,15 +164,15 @@ private:
             fit = fit_rigid(file_, map, views_[view].markers, options);
         } catch (const InputError& error) {
             refuse_misfit(view, map);
-            refuse(views_[view].line, "view cannot be registered: " + error.problem(),
-                   views_[view].view + (error.value().empty() ? "" : ": " + error.value()), error.action());
+            refuse_bad(view, "view cannot be registered: " + error.problem(),
+                       views_[view].view + (error.value().empty() ? "" : ": " + error.value()), error.action());
         }
         const auto used = static_cast<std::size_t>(std::ranges::count(fit.markers, true, &RigidMarker::used));
         if (2 * used < fit.markers.size()) {
             refuse_misfit(view, map);
-            refuse(views_[view].line, "most markers of the view do not match those registered before it",
-                   fmt::format("{}: {} of {} do", views_[view].view, used, fit.markers.size()),
-                   "check the numbers of its markers, and which of them stand still");
+            refuse_bad(view, "most markers of the view do not match those registered before it",
+                       fmt::format("{}: {} of {} do", views_[view].view, used, fit.markers.size()),
+                       "check the numbers of its markers, and which of them stand still");
         }
         for (const RigidMarker& m : fit.markers) {
             if (!m.used) {
@@ -251,8 +259,8 @@ private:
         for (std::size_t i = 0; i < views_.size(); ++i) {
             left += pose_[i] || i == view ? "" : ", " + views_[i].view;
         }
-        refuse(
-            views_[view].line,
+        refuse_bad(
+            view,
             fmt::format("view has {} markers in common with those registered before it, three are needed and four or "
                         "five are sound",
                         common_with_map(view).size()),

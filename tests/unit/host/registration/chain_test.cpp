@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -125,6 +127,22 @@ TEST(Chain, AWrongMarkerInTheFirstViewIsNamedThereAndNotInAllOthers) {
     const ChainResult result = fit_chain(cell.input);
     ASSERT_EQ(result.findings.size(), 1U);
     EXPECT_EQ(result.findings[0].view, "v1");
+}
+
+TEST(Chain, AViewThatFitsNoOtherIsLeftOutAndNamed) {
+    Cell cell(20);
+    cell.look_around(8);
+    cell.point();
+    for (SeenMarker& m : cell.input.views[3].seen.markers) {
+        m.place = m.place + cell.draw(0.03);
+    }
+    const ChainResult result = fit_chain(cell.input);
+    EXPECT_EQ(result.bad_views, std::vector<std::string>{"v4"});
+    ASSERT_EQ(result.views.size(), 7U);
+    EXPECT_EQ(result.views[3].name, "v5");
+    EXPECT_LT(norm(result.views[3].translation - cell.origin(4)), 60e-6);
+    ASSERT_FALSE(result.notes.empty());
+    EXPECT_NE(result.notes[0].find("v4 is left out"), std::string::npos) << result.notes[0];
 }
 
 TEST(Chain, SwappedNumbersArePutRight) {
