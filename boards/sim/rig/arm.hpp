@@ -31,7 +31,7 @@ struct Arm {
 
 /// An arm with a reach of some 1.5 m.
 [[nodiscard]] Arm nominal_arm();
-/// Each length off by `length`, each angle by `angle`, 1 sigma. With 0.25 mm and 0.025 degrees the flange is
+/// Each length off by `length`, each angle by `angle`, 1 sigma. With 0.28 mm and 0.028 degrees the flange is
 /// some 0.35 mm off, with base and tool put where that is least.
 [[nodiscard]] Arm with_errors(Arm arm, double length, double angle, Random& random);
 

@@ -150,8 +150,8 @@ void add_chain(CLI::App& app, Words& words) {
         set.table = words.table_mdeg * 1e-3 * kDegree;
         set.wrong_angle = words.wrong_angle_deg * kDegree;
         if (words.robot == "dh") {
-            set.dh_length = 2.5e-4;
-            set.dh_angle = 0.025 * kDegree;
+            set.dh_length = 2.8e-4;
+            set.dh_angle = 0.028 * kDegree;
         }
         sc::sim::write_chain_sets(words.out, set);
     });
