@@ -19,6 +19,7 @@
 #include "host/cli/calibrate_run.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/run_folder.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/error.hpp"
@@ -49,6 +50,7 @@ struct Asked {
     std::optional<std::filesystem::path> calibration;
     std::optional<std::filesystem::path> world;
     std::string link = "sim:";
+    std::optional<std::filesystem::path> key{};  ///< file of the cell's key
     std::vector<double> at_mm{-225.0, -210.0, -250.0};
     double half_mm = 2.0;
     int rungs = 21;
@@ -117,7 +119,7 @@ std::vector<Rung> rungs_of(const std::filesystem::path& plan, const std::filesys
 }
 
 void burn(const Asked& asked, const std::filesystem::path& folder) {
-    CrossBurn where{.link = asked.link, .world = {}, .seed = asked.seed};
+    CrossBurn where{.link = asked.link, .world = {}, .seed = asked.seed, .key = asked.key};
     const bool simulated = is_simulated(asked.link);
     if (simulated) {
         where.world = asked.world.value_or(in_project("boards/sim/world/plate/world.toml"));
@@ -220,6 +222,7 @@ void add_calibrate_focus(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--link", asked->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*sub, asked->key);
     sub->add_option("--at-mm", asked->at_mm, "middle of the ladder on the surface, h")
         ->delimiter(',')
         ->expected(3)

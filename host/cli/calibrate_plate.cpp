@@ -12,6 +12,7 @@
 #include "host/cli/calibrate_places.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/plate_run.hpp"
 
 namespace sc::host::cli {
@@ -119,6 +120,7 @@ void add_calibrate_plate(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*sub, options->key);
     sub->add_option("--sigma-um", options->sigma_um, "noise of the simulated sensor")
         ->check(CLI::Range(0.0, 1000.0))
         ->capture_default_str();

@@ -10,6 +10,7 @@
 #include "host/cli/calibrate.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/pointing_run.hpp"
 
 namespace sc::host::cli {
@@ -81,6 +82,7 @@ void add_calibrate_pointing(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*sub, options->key);
     sub->add_option("--world", options->base_world, "of the simulated cell; the target is put into it")
         ->type_name("FILE");
     sub->add_option("--markers", options->markers, "how many; 0: all")

@@ -12,6 +12,7 @@
 #include "host/cli/calibrate_places.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
+#include "host/cli/key_option.hpp"
 #include "host/cli/y_sensor_run.hpp"
 
 namespace sc::host::cli {
@@ -87,6 +88,7 @@ void add_calibrate_y_sensor(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
+    add_key_option(*sub, options->key);
     sub->add_option("--beside-mm", options->beside_mm, "the beam's offset from the focus in x, roughly")
         ->check(CLI::Range(-500.0, 500.0))
         ->capture_default_str();

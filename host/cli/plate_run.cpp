@@ -156,7 +156,7 @@ void burn_steps(const PlateOptionsAsked& options, const CalibrationSet& set, con
     layout.faces = options.faces ? read_step_faces(*options.faces) : simulated_faces();
     layout.across = static_cast<std::size_t>(options.across);
     layout.up = static_cast<std::size_t>(options.up);
-    CrossBurn burn{.link = options.link, .world = {}, .seed = options.seed};
+    CrossBurn burn{.link = options.link, .world = {}, .seed = options.seed, .key = options.key};
     if (is_simulated(burn.link)) {
         burn.world = options.world.value_or(in_project(kWorld));
     }

@@ -21,7 +21,8 @@ struct PlateOptionsAsked {
     std::optional<std::filesystem::path> out;          ///< folder
     std::optional<std::filesystem::path> world;        ///< of the simulated cell
     std::string link = "sim:";
-    double sigma_um = 7.5;  ///< of the simulated sensor
+    std::optional<std::filesystem::path> key{};  ///< file of the cell's key
+    double sigma_um = 7.5;                       ///< of the simulated sensor
     std::uint64_t seed = 1;
     int across = 5;  ///< crosses of a stand
     int up = 9;

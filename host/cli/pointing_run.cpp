@@ -288,9 +288,10 @@ private:
         LinkOptions link;
         link.world = scene_.world;
         link.seed = options_.seed;
+        link.key = options_.key;
         const auto transport = open_transport(options_.link, link);
-        CellClient client(*transport, {.session = scene_.world ? static_cast<std::uint32_t>(options_.seed) + 1U
-                                                               : std::random_device{}()});
+        CellClient client(*transport, client_options(link, scene_.world ? static_cast<std::uint32_t>(options_.seed) + 1U
+                                                                        : std::random_device{}()));
         client.set_stop_check(stop_requested);
         client.connect();
         SessionOptions session_options;

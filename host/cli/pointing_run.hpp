@@ -25,6 +25,7 @@ struct PointingOptions {
     std::optional<std::filesystem::path> base_world;  ///< the simulated cell's, the target is put into it
     std::optional<std::filesystem::path> keys;        ///< keys in place of a terminal's, or of the simulated person
     std::string link = "sim:";
+    std::optional<std::filesystem::path> key{};         ///< file of the cell's key
     std::vector<double> at_mm{-240.0, -250.0, -260.0};  ///< roughly where the target's zero stands in h
     int markers = 12;                                   ///< how many; 0: all
     int looks = 9;                                      ///< at the first marker's focus

@@ -99,9 +99,10 @@ void scan_roof(const YSensorOptions& options, const std::filesystem::path& rough
     LinkOptions link;
     link.world = world;
     link.seed = options.seed;
+    link.key = options.key;
     const auto transport = open_transport(options.link, link);
-    CellClient client(*transport,
-                      {.session = world ? static_cast<std::uint32_t>(options.seed) + 1U : std::random_device{}()});
+    CellClient client(*transport, client_options(link, world ? static_cast<std::uint32_t>(options.seed) + 1U
+                                                             : std::random_device{}()));
     client.set_stop_check(stop_requested);
     client.connect();
     SessionOptions session_options;

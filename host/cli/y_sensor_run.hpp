@@ -21,8 +21,9 @@ struct YSensorOptions {
     std::optional<std::filesystem::path> roughly;      ///< facet,x_mm,y_mm,z_mm: a place on each, h
     std::optional<std::filesystem::path> readings;     ///< of a scan that was made before
     std::string link = "sim:";
-    double beside_mm = 30.0;  ///< the beam's offset from the focus in x, to a millimetre
-    double sigma_um = 7.5;    ///< of the simulated 3-D sensor
+    std::optional<std::filesystem::path> key{};  ///< file of the cell's key
+    double beside_mm = 30.0;                     ///< the beam's offset from the focus in x, to a millimetre
+    double sigma_um = 7.5;                       ///< of the simulated 3-D sensor
     std::uint64_t seed = 1;
     int only_facet = 0;  ///< 0: all
     bool json = false;
