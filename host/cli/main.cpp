@@ -24,6 +24,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell telemetry --rate 50        channels of a cell over time, as CSV
   scribecell blackbox                   the last 10 s before a fault
   scribecell check run1/samples.trace   whether the motion kept its limits
+  scribecell verify --table FILE.csv    figures of a table of measured and true places, and what is odd about it
   scribecell protocol --decode job.pcap what passed over a link; its files for Wireshark and CAN tools
   scribecell key --out cell.key         a key, for a cell that takes commands from its holders alone
   scribecell doctor                     what is installed, connected, missing
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_protocol(app, exit_code);
         sc::host::cli::add_eds(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
+        sc::host::cli::add_verify(app, exit_code);
         sc::host::cli::add_version(app, exit_code);
         sc::host::cli::add_bench(app, exit_code);
         try {

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/formats/table.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "host/formats/csv.hpp"
@@ -130,6 +132,27 @@ VerificationTable read_table(const std::filesystem::path& path, const MachineCon
         table.rows.push_back(raw.row);
     }
     return table;
+}
+
+PrintedTable read_printed_table(const std::filesystem::path& path, const MachineConfig& machine) {
+    PrintedTable out{.table = read_table(path, machine), .deviations = {}, .digit = 1e-3};
+    const CsvTable csv = CsvTable::read(path);
+    for (std::size_t i = 0; i < csv.size(); ++i) {
+        for (const std::string_view name : {"mx", "my", "mz", "tx", "ty", "tz"}) {
+            const std::string& text = csv.text(i, csv.column(name));
+            const std::size_t point = text.find('.');
+            const std::size_t decimals = point == std::string::npos ? 0 : trimmed(text).size() - point - 1;
+            out.digit =
+                std::min(out.digit, std::pow(10.0, -3.0 - static_cast<double>(std::min<std::size_t>(decimals, 9))));
+        }
+    }
+    if (csv.has("dx") || csv.has("dy") || csv.has("dz")) {
+        for (std::size_t i = 0; i < csv.size(); ++i) {
+            out.deviations.push_back(metres(
+                {csv.number(i, csv.column("dx")), csv.number(i, csv.column("dy")), csv.number(i, csv.column("dz"))}));
+        }
+    }
+    return out;
 }
 
 void write_table(const std::filesystem::path& path, const VerificationTable& table) {

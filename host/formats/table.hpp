@@ -30,6 +30,16 @@ struct VerificationTable {
 [[nodiscard]] VerificationTable read_table(const std::filesystem::path& path,
                                            const MachineConfig& machine = reference_machine());
 
+/// The same with what else it prints.
+struct PrintedTable {
+    VerificationTable table;
+    std::vector<Vec3> deviations;  ///< dx,dy,dz as they stand there, metres; empty if the file has none
+    double digit = 1e-6;           ///< metres: the last decimal of the measured and true values
+};
+/// Throws as read_table does, and for dx,dy,dz that are not all there or no numbers.
+[[nodiscard]] PrintedTable read_printed_table(const std::filesystem::path& path,
+                                              const MachineConfig& machine = reference_machine());
+
 /// Writes the columns face_deg,no,mx,my,mz,tx,ty,tz,dx,dy,dz with 0.1 µm. Throws InputError if it cannot be written.
 void write_table(const std::filesystem::path& path, const VerificationTable& table);
 

@@ -24,3 +24,6 @@ sc_test(host_verification_motion_test LABEL unit
 sc_test(host_verification_pulses_test LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/pulse_checker_test.cpp
   DEPS host_verification)
+sc_test(host_verification_table_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/verification/table_check_test.cpp
+  DEPS host_verification)
