@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "host/calibration/hand_eye.hpp"
+#include "host/calibration/hand_eye_suggest.hpp"
 #include "host/cli/calibrate.hpp"
 #include "host/cli/calibrate_places.hpp"
 #include "host/cli/failure.hpp"
 #include "host/formats/error.hpp"
+#include "host/formats/file.hpp"
+#include "host/measurement/robot_frames.hpp"
 
 namespace sc::host::cli {
 namespace {
@@ -28,6 +33,8 @@ constexpr const char* kExamples = R"(Examples:
   scribecell calibrate hand-eye --robot-poses hand.csv --target eye.csv --unit m
       --robot-columns time_s,x,y,z,qx,qy,qz,qw --target-columns time_s,x,y,z,qx,qy,qz,qw --fit-noise
       two streams without headers, brought together by time
+  ... --suggest 3 --suggest-out more.csv
+      three further robot poses that would help most, as a list to edit
   ... --calibration old.toml --out new.toml
       the result as a record f_from_c of a calibration set
 
@@ -54,6 +61,11 @@ struct Words {
     bool fit_noise = false;
     bool keep_all = false;
     bool json = false;
+    int suggest = 0;
+    std::string suggest_out;
+    std::string suggest_by = "worst";
+    double suggest_turn_deg = 20.0;
+    double suggest_reach_mm = 50.0;
 };
 
 Json json_of(const HandEyeResult& r) {
@@ -126,6 +138,67 @@ std::vector<HandEyeView> views_of(const Words& words) {
                       {.time_offset = words.time_offset, .views = static_cast<std::size_t>(words.views)});
 }
 
+Suggestion suggestion_of(const Words& words, const std::vector<HandEyeView>& views, const HandEyeResult& result,
+                         const HandEyeNoise& noise) {
+    std::vector<HandEyeView> used;
+    for (const HandEyeView& view : views) {
+        if (std::ranges::find(result.bad_poses, view.name) == result.bad_poses.end()) {
+            used.push_back(view);
+        }
+    }
+    return suggest_poses(used, result.f_from_c,
+                         {.count = words.suggest,
+                          .turn = words.suggest_turn_deg * kDegree,
+                          .reach = words.suggest_reach_mm * 1e-3,
+                          .criterion = words.suggest_by == "worst" ? SuggestCriterion::worst : SuggestCriterion::volume,
+                          .noise = noise});
+}
+
+std::string poses_csv(const Suggestion& suggestion) {
+    std::string out = "view,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
+    int no = 1;
+    for (const SuggestedPose& pose : suggestion.poses) {
+        const Vec3 t = 1e3 * pose.b_from_f.translation;
+        const auto q = quaternion_of(pose.b_from_f.rotation);
+        out += fmt::format("suggested{},{:.4f},{:.4f},{:.4f},{:.9f},{:.9f},{:.9f},{:.9f}\n", no++, t.x, t.y, t.z, q[0],
+                           q[1], q[2], q[3]);
+    }
+    return out;
+}
+
+Json json_of(const Suggestion& s) {
+    Json poses = Json::array();
+    for (const SuggestedPose& pose : s.poses) {
+        poses.push_back({{"translation_mm", vector_json(1e3 * pose.b_from_f.translation)},
+                         {"quaternion_wxyz", quaternion_of(pose.b_from_f.rotation)},
+                         {"turn_sigma_mdeg", 1e3 * pose.turn_sigma / kDegree},
+                         {"place_sigma_um", 1e6 * pose.place_sigma},
+                         {"criterion_um", 1e6 * pose.criterion}});
+    }
+    return {{"turn_sigma_mdeg", 1e3 * s.turn_sigma / kDegree},
+            {"place_sigma_um", 1e6 * s.place_sigma},
+            {"criterion_um", 1e6 * s.criterion},
+            {"one_random_view_criterion_um", 1e6 * s.random_criterion},
+            {"poses", poses}};
+}
+
+std::string text_of(const Suggestion& s) {
+    std::string out = fmt::format(
+        "further poses that would help most (b_from_f, mm and degrees; check that the robot and its way are free):\n"
+        "{:>4} {:>10} {:>10} {:>10} {:>9} {:>9} {:>9}  expected 1 sigma: now {:.3g} mdeg, {:.3g} um about the sensor\n",
+        "", "x", "y", "z", "a", "b", "c", 1e3 * s.turn_sigma / kDegree, 1e6 * s.place_sigma);
+    int no = 1;
+    for (const SuggestedPose& pose : s.poses) {
+        const Vec3 t = 1e3 * pose.b_from_f.translation;
+        const auto abc = abc_of(pose.b_from_f.rotation);
+        out +=
+            fmt::format("{:>4} {:>10.2f} {:>10.2f} {:>10.2f} {:>9.3f} {:>9.3f} {:>9.3f}  then {:.3g} mdeg, {:.3g} um\n",
+                        no++, t.x, t.y, t.z, abc[0] / kDegree, abc[1] / kDegree, abc[2] / kDegree,
+                        1e3 * pose.turn_sigma / kDegree, 1e6 * pose.place_sigma);
+    }
+    return out;
+}
+
 int run(const Words& words) {
     HandEyeOptions options;
     options.noise = {.robot_place = words.robot_um * 1e-6,
@@ -134,7 +207,15 @@ int run(const Words& words) {
                      .pose_turn = words.target_mdeg * 1e-3 * kDegree,
                      .fit = words.fit_noise};
     options.find_wrong = !words.keep_all;
-    const HandEyeResult result = calibrate_hand_eye(words.robot, views_of(words), options);
+    const std::vector<HandEyeView> views = views_of(words);
+    const HandEyeResult result = calibrate_hand_eye(words.robot, views, options);
+    std::optional<Suggestion> suggestion;
+    if (words.suggest > 0) {
+        suggestion = suggestion_of(words, views, result, options.noise);
+        if (!words.suggest_out.empty()) {
+            write_text_file(words.suggest_out, poses_csv(*suggestion));
+        }
+    }
     std::string saved;
     if (!words.out.empty()) {
         saved = save_transform(
@@ -148,15 +229,19 @@ int run(const Words& words) {
     }
     if (words.json) {
         Json json = json_of(result);
+        if (suggestion) {
+            json["suggestion"] = json_of(*suggestion);
+        }
         if (!saved.empty()) {
             json["out"] = words.out;
             json["sha256"] = saved;
         }
         std::printf("%s\n", json.dump(2).c_str());
     } else {
-        std::fputs(
-            (text_of(result) + (saved.empty() ? "" : "set " + saved.substr(0, 12) + ": " + words.out + "\n")).c_str(),
-            stdout);
+        std::fputs((text_of(result) + (suggestion ? text_of(*suggestion) : "") +
+                    (saved.empty() ? "" : "set " + saved.substr(0, 12) + ": " + words.out + "\n"))
+                       .c_str(),
+                   stdout);
     }
     return 0;
 }
@@ -193,6 +278,19 @@ void add_calibrate_hand_eye(CLI::App& calibrate, int& exit_code) {
         ->capture_default_str();
     sub->add_option("--calibration", words->calibration, "set to extend")->type_name("FILE");
     sub->add_option("--out", words->out, "calibration set to write")->type_name("FILE");
+    sub->add_option("--suggest", words->suggest, "so many further poses that would help most")
+        ->type_name("N")
+        ->check(CLI::Range(1, 50));
+    sub->add_option("--suggest-out", words->suggest_out, "them as a list of poses, to edit")->type_name("FILE.csv");
+    sub->add_option("--suggest-by", words->suggest_by, "worst (direction) or volume (of the covariance)")
+        ->check(CLI::IsMember({"worst", "volume"}))
+        ->capture_default_str();
+    sub->add_option("--suggest-turn-deg", words->suggest_turn_deg, "at most about the target, beside a given pose")
+        ->check(CLI::Range(0.1, 180.0))
+        ->capture_default_str();
+    sub->add_option("--suggest-reach-mm", words->suggest_reach_mm, "beyond the box of the given places")
+        ->check(CLI::Range(0.0, 5000.0))
+        ->capture_default_str();
     sub->add_flag("--json", words->json, "one JSON object");
     sub->callback([words, &exit_code] { exit_code = guarded(words->json, [&words] { return run(*words); }); });
 }

@@ -16,6 +16,7 @@ constexpr const char* kExamples = R"(Examples:
                                         is there metal everywhere, where should the part lie
   scribecell replay inputs.rec          the controller again, with recorded inputs
   scribecell calibrate galvo-field      the galvo's field correction, from burnt crosses
+  scribecell calibration list           calibration sets: store, compare, export, budget, drift
   scribecell measure stations.csv --calibration head.toml
                                         workpieces against their reference, by three lasers
   scribecell vision spot beam.png       centre of a laser spot in a picture
@@ -47,6 +48,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_override(app, exit_code);
         sc::host::cli::add_calibrate(app, exit_code);
+        sc::host::cli::add_calibration(app, exit_code);
         sc::host::cli::add_measure(app, exit_code);
         sc::host::cli::add_vision(app, exit_code);
         sc::host::cli::add_monitor(app, exit_code);

@@ -16,6 +16,7 @@ void add_inspect(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_override(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
+void add_calibration(CLI::App& app, int& exit_code);
 void add_measure(CLI::App& app, int& exit_code);
 void add_vision(CLI::App& app, int& exit_code);
 void add_vision_markers(CLI::App& vision, int& exit_code);  ///< below `vision`

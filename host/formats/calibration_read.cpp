@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "host/formats/calibration_store.hpp"
 #include "host/formats/calibration_units.hpp"
 #include "host/formats/file.hpp"
 #include "host/formats/text.hpp"
@@ -333,7 +334,8 @@ CalibrationSet parse_calibration(const std::filesystem::path& path, std::string_
 }
 
 CalibrationSet read_calibration(const std::filesystem::path& path) {
-    return parse_calibration(path, read_text_file(path));
+    const std::filesystem::path file = names_stored_set(path) ? stored_set_file(path) : path;
+    return parse_calibration(file, read_text_file(file));
 }
 
 }  // namespace sc::host

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "host/formats/calibration_store.hpp"
 #include "host/formats/error.hpp"
 #include "host/formats/file.hpp"
 #include "host/formats/mark_settings.hpp"
@@ -217,7 +218,10 @@ void read_files(TomlReader& root, Job& job) {
     if (root.has("table") || std::ranges::any_of(job.faces, from_table)) {
         job.table = beside(job.file, root.text("table"));
     }
-    job.calibration = beside(job.file, root.text("calibration"));
+    job.calibration = root.text("calibration");
+    if (!names_stored_set(job.calibration)) {
+        job.calibration = beside(job.file, job.calibration);
+    }
 }
 
 Job parse_job(const std::filesystem::path& path, std::string_view text) {
@@ -278,7 +282,8 @@ std::string rendered(const std::filesystem::path& path, const Job& job) {
     if (!job.table.empty()) {
         out.text("table", stored_path(path, job.table));
     }
-    out.text("calibration", stored_path(path, job.calibration));
+    out.text("calibration",
+             names_stored_set(job.calibration) ? job.calibration.string() : stored_path(path, job.calibration));
     if (job.cross) {
         out.table("cross");
         out.number("size_mm", job.cross->size.si(), 1e3);

@@ -55,6 +55,10 @@ if(SC_HOST AND SC_SIM)
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_cell_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
   add_dependencies(sim_calibrate_cell_test scribecell scribecell-cell scribecell-survey scribecell-plate-camera)
+  sc_test(sim_calibration_sets_test LABEL sim TIMEOUT 180
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibration_sets_test.cpp ${sc_cli_program}
+    DEPS host_formats nlohmann_json::nlohmann_json)
+  add_dependencies(sim_calibration_sets_test scribecell scribecell-cell)
   sc_test(sim_calibrate_places_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_places_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
