@@ -46,7 +46,7 @@ constexpr const char* kExamples = R"(Examples:
       the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
   scribecell bench calibration
       hand-eye, rigid transforms and turntable axes, 1000 sets each, against the truth, the least error that is possible
-      and OpenCV
+      and OpenCV; whole cells from scan set to beam, and centres of markers (some minutes)
   scribecell bench centres
       circular markers: centres against the truth of rendered pictures, perspective taken out
   scribecell bench allowance
@@ -61,7 +61,7 @@ constexpr std::array kBenches{
     Bench{"laser", "the galvo's field correction against the true head", bench_laser},
     Bench{"motion", "the trajectory planner on three workloads", bench_motion},
     Bench{"measure", "the triple-laser head against the true angle", bench_measure},
-    Bench{"calibration", "hand-eye, rigid transforms and turntable axes against truth and bound", bench_calibration},
+    Bench{"calibration", "hand-eye, transforms, axes, whole cells against truth and bound", bench_calibration},
     Bench{"centres", "centres of circular markers in rendered pictures", bench_centres},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},

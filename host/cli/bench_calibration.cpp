@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <map>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,9 @@
 #include "host/calibration/hand_eye.hpp"
 #include "host/calibration/rigid_fit.hpp"
 #include "host/calibration/turntable_fit.hpp"
+#include "host/cli/bench_chain.hpp"
 #include "host/cli/bench_figures.hpp"
+#include "host/cli/paper_methods.hpp"
 #include "host/cli/run_folder.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/file.hpp"
@@ -255,46 +258,6 @@ Ratio score_rigid(const fs::path& folder) {
     return ratio;
 }
 
-struct Line {
-    Vec3 point;
-    Vec3 direction;
-};
-
-/// As measurement papers do it: a circle through each marker's places, and the mean of centres and normals.
-Line mean_of_circles(const MarkerFile& file) {
-    std::map<int, std::vector<Eigen::Vector3d>> track;
-    for (const MarkerView& view : file.views) {
-        for (const SeenMarker& m : view.markers) {
-            track[m.id].emplace_back(m.place.x, m.place.y, m.place.z);
-        }
-    }
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();
-    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-    for (const auto& [id, places] : track) {
-        const auto n = static_cast<Eigen::Index>(places.size());
-        Eigen::MatrixXd p(n, 3);
-        for (Eigen::Index i = 0; i < n; ++i) {
-            p.row(i) = places[static_cast<std::size_t>(i)].transpose();
-        }
-        const Eigen::RowVector3d mean = p.colwise().mean();
-        p.rowwise() -= mean;
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(p, Eigen::ComputeThinV);
-        Eigen::Vector3d normal = svd.matrixV().col(2);
-        if (normal.dot(Eigen::Vector3d(p.row(0)).cross(Eigen::Vector3d(p.row(1)))) < 0.0) {
-            normal = -normal;
-        }
-        const Eigen::MatrixXd flat = p * svd.matrixV().leftCols<2>();
-        Eigen::MatrixXd a(n, 3);
-        a << 2.0 * flat, Eigen::VectorXd::Ones(n);
-        const Eigen::Vector3d circle = a.colPivHouseholderQr().solve(Eigen::VectorXd(flat.rowwise().squaredNorm()));
-        point += mean.transpose() + svd.matrixV().leftCols<2>() * circle.head<2>();
-        direction += normal;
-    }
-    point /= static_cast<double>(track.size());
-    direction.normalize();
-    return {{point[0], point[1], point[2]}, {direction[0], direction[1], direction[2]}};
-}
-
 struct AxisScore {
     Ratio fit;
     Ratio circles;
@@ -309,12 +272,12 @@ AxisScore score_axis(const fs::path& folder) {
         const Vec3 axis{truth.number(i, "dir_x"), truth.number(i, "dir_y"), truth.number(i, "dir_z")};
         const Vec3 at = truth.place(i) + (truth.number(i, "height_mm") * 1e-3) * axis;
         // Where the line passes the plane across the axis at that height.
-        const auto distance = [&](const Line& line) {
+        const auto distance = [&](const AxisByCircles& line) {
             const Vec3 there = line.point + (dot(at - line.point, axis) / dot(line.direction, axis)) * line.direction;
             return norm(there - at) * 1e6;
         };
         score.fit.add(distance({fit.point, fit.direction}), truth.number(i, "bound_um"));
-        score.circles.add(distance(mean_of_circles(file)), truth.number(i, "bound_um"));
+        score.circles.add(distance(mean_of_circles(file.views)), truth.number(i, "bound_um"));
     }
     return score;
 }
@@ -344,6 +307,14 @@ public:
         named();
         rigid();
         axis();
+        for (Figure& figure : bench_chain(options_, folder_.path(), raw_)) {
+            figures_.push_back(std::move(figure));
+        }
+        for (Figure& figure : bench_centres({options_.seed, centres_folder(), options_.sets})) {
+            if (figure.name.starts_with("centre_") || figure.name.starts_with("perspective_")) {
+                figures_.push_back(std::move(figure));
+            }
+        }
         if (folder_.named()) {
             write_text_file(folder_.path() / "figures.csv", raw_);
         }
@@ -359,6 +330,10 @@ private:
                                            std::to_string(options_.seed * 100 + ++kinds_)});
         make(arguments);
         return out;
+    }
+
+    [[nodiscard]] std::optional<fs::path> centres_folder() const {
+        return folder_.named() ? std::optional(folder_.path() / "centres") : std::nullopt;
     }
 
     void hand_eye() {

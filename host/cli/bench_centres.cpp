@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr int kScenes = 24;
 constexpr int kRepeats = 50;
+constexpr int kSets = 1000;  ///< of a bench: with fewer, there are fewer repeats
 constexpr int kBoards = 12;
 constexpr int kBoardRepeats = 10;
 constexpr double kPlaneMmPx = 500.0 / 2232.0;  ///< at the distance of the boards, square to the view
@@ -182,8 +184,9 @@ std::vector<Figure> bench_centres(const BenchOptions& options) {
     const fs::path singles = folder.path() / "singles";
     const fs::path boards = folder.path() / "boards";
     std::fprintf(stderr, "rendering\n");
-    make("singles", singles, kScenes, kRepeats, options.seed * 1000);
-    make("boards", boards, kBoards, kBoardRepeats, options.seed * 1000 + 1);
+    const auto share = [&options](int most) { return std::clamp(options.sets * most / kSets, 3, most); };
+    make("singles", singles, kScenes, share(kRepeats), options.seed * 1000);
+    make("boards", boards, kBoards, share(kBoardRepeats), options.seed * 1000 + 1);
     std::fprintf(stderr, "measuring\n");
     const Singles best = measure_singles(singles, {});
     const Singles raw_gradients = measure_singles(singles, {.smoothing_px = 0.0});

@@ -72,9 +72,10 @@ int bench_motion_file(const MotionFile& file, bool json);
 
 /// Hand-eye, rigid transforms and turntable axes on files that scribecell-rig makes, `sets` of each kind, against the
 /// truth and the Cramér-Rao bound that came with it, and against OpenCV by the program scribecell-hand-eye-peer (its
-/// figure is left out, and that said on stderr, where calib3d was not there). *_half_interval is half of the 95 %
-/// confidence interval of the figure before it. Figures: tests/bench/asked.toml. `raw`: all files, errors.csv and
-/// figures.csv.
+/// figure is left out, and that said on stderr, where calib3d was not there); then whole cells (bench_chain.hpp) and
+/// the centre_* and perspective_* figures of bench_centres, with pictures in proportion to `sets`. *_half_interval is
+/// half of the 95 % confidence interval of the figure before it. Figures: tests/bench/asked.toml. `raw`: all files,
+/// errors.csv and figures.csv.
 [[nodiscard]] std::vector<Figure> bench_calibration(const BenchOptions& options);
 /// Circular markers on pictures that scribecell-circles renders. Figures: centre_total_mpx (rms of a coordinate of the
 /// ellipse's middle, semi-axes 20 and 14 px), centre_bias_mpx (what 50 pictures of a scene have in common, rms over 24

@@ -31,6 +31,8 @@ constexpr const char* kExamples = R"(Examples:
       the transform between two frames, from markers measured in both
   scribecell calibrate axis --poses markers.csv
       the axis of a turntable, from markers or poses at known angles
+  scribecell calibrate chain --scan-set scan.toml --target ring.toml --target mobile.toml --pointing p.csv --out cell.toml
+      h_from_c and the axis from one joint fit over all views, reference markers, and places pointed at
   scribecell calibrate parallelism stand.toml --out head.toml
       beams of the triple-laser head, from pictures of its spots at three heights or more
   scribecell calibrate reference --readings r.csv --known known.csv --calibration head.toml --out head2.toml
@@ -57,6 +59,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_hand_eye(*calibrate, exit_code);
     add_calibrate_rigid(*calibrate, exit_code);
     add_calibrate_axis(*calibrate, exit_code);
+    add_calibrate_chain(*calibrate, exit_code);
     add_calibrate_triple(*calibrate, exit_code);
 }
 

@@ -13,6 +13,7 @@ void add_calibrate_triple(CLI::App& calibrate, int& exit_code);
 void add_calibrate_rigid(CLI::App& calibrate, int& exit_code);
 void add_calibrate_axis(CLI::App& calibrate, int& exit_code);
 void add_calibrate_cameras(CLI::App& calibrate, int& exit_code);  ///< camera and stereo
+void add_calibrate_chain(CLI::App& calibrate, int& exit_code);
 void add_calibrate_hand_eye(CLI::App& calibrate, int& exit_code);
 void add_calibrate_galvo_field(CLI::App& calibrate, int& exit_code);
 void add_calibrate_plate(CLI::App& calibrate, int& exit_code);

@@ -67,16 +67,29 @@ std::string transform_text(const Mat3& rotation, const Vec3& translation) {
                              abc[0] / kDegree);
 }
 
-std::string save_transform(const SetFiles& files, const std::string& what, TransformRecord record) {
+std::string save_records(const SetFiles& files, const std::string& what, std::vector<TransformRecord> records,
+                         std::optional<AxisRecord> turntable) {
     CalibrationSet set = next_set(files, what);
-    record.provenance.time = set.time;
-    const auto same = std::ranges::find(set.transforms, record.id, &TransformRecord::id);
-    if (same != set.transforms.end()) {
-        *same = std::move(record);
-    } else {
-        set.transforms.push_back(std::move(record));
+    for (TransformRecord& record : records) {
+        record.provenance.time = set.time;
+        const auto same = std::ranges::find(set.transforms, record.id, &TransformRecord::id);
+        if (same != set.transforms.end()) {
+            *same = std::move(record);
+        } else {
+            set.transforms.push_back(std::move(record));
+        }
+    }
+    if (turntable) {
+        turntable->provenance.time = set.time;
+        set.turntable = std::move(turntable);
     }
     return write_calibration(files.out, set);
+}
+
+std::string save_transform(const SetFiles& files, const std::string& what, TransformRecord record) {
+    std::vector<TransformRecord> records;
+    records.push_back(std::move(record));
+    return save_records(files, what, std::move(records), std::nullopt);
 }
 
 }  // namespace sc::host::cli

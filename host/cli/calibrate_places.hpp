@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -26,5 +28,9 @@ struct SetFiles {
 /// The set with the record in place of one of the same id; returns its hash. `what` goes into the set's id. Throws
 /// InputError.
 std::string save_transform(const SetFiles& files, const std::string& what, TransformRecord record);
+
+/// The same of several records, and of the turntable's axis if there is one.
+std::string save_records(const SetFiles& files, const std::string& what, std::vector<TransformRecord> records,
+                         std::optional<AxisRecord> turntable);
 
 }  // namespace sc::host::cli

@@ -44,6 +44,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_cell(app, exit_code);
         sc::host::cli::add_replay(app, exit_code);
         sc::host::cli::add_inspect(app, exit_code);
+        sc::host::cli::add_register(app, exit_code);
         sc::host::cli::add_casting(app, exit_code);
         sc::host::cli::add_jog(app, exit_code);
         sc::host::cli::add_override(app, exit_code);

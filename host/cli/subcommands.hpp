@@ -13,6 +13,7 @@ void add_cell(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
 void add_casting(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
+void add_register(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
 void add_override(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);

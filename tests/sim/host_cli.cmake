@@ -62,7 +62,11 @@ if(SC_HOST AND SC_SIM)
   sc_test(sim_calibrate_places_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/calibrate_places_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
-  add_dependencies(sim_calibrate_places_test scribecell-rig)
+  add_dependencies(sim_calibrate_places_test scribecell-rig scribecell-circles)
+  sc_test(sim_chain_test LABEL sim TIMEOUT 120
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/chain_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  add_dependencies(sim_chain_test scribecell scribecell-rig)
   if(TARGET scribecell-hand-eye-peer)
     add_dependencies(sim_calibrate_places_test scribecell-hand-eye-peer)
   endif()

@@ -65,6 +65,15 @@ TEST(CalibratePlaces, FiftySetsOfEachKindAreWithinAWideBandOfTheBound) {
     EXPECT_GE(figure.at("bad_pose_named_pct"), 90.0);
     EXPECT_GE(figure.at("swapped_named_pct"), 90.0);
     EXPECT_GE(figure.at("axis_arc_gain"), 1.6);
+    EXPECT_LE(figure.at("ring_95_um"), 30.0);
+    EXPECT_LE(figure.at("ring_max_median_um"), 40.0);
+    EXPECT_GE(figure.at("ring_chained_95_um"), 30.0);
+    EXPECT_LE(figure.at("ring_dh_robot_change_pct"), 20.0);
+    EXPECT_GE(figure.at("ring_coverage_pct"), 90.0);
+    EXPECT_LE(figure.at("ring_coverage_pct"), 99.0);
+    EXPECT_GE(figure.at("corner_95_um"), 1.5 * figure.at("ring_95_um"));
+    EXPECT_LE(figure.at("centre_total_mpx"), 9.0);
+    EXPECT_LE(figure.at("perspective_residue_um"), 2.5);
 }
 
 TEST(CalibratePlaces, HandEyeOfARealArmIsFoundThoughTheTargetPosesAreInverted) {
