@@ -30,6 +30,8 @@ constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr const char* kExamples = R"(Examples:
   scribecell vision markers target.png
       each circular marker: middle of its ellipse, semi-axes, angle, 1 sigma; what was refused, and why
+  scribecell vision markers target.png --expect 12
+      the same; exit code 1 if there are more or fewer than 12
   scribecell vision markers target.png --json --svg overlay.svg --png overlay.png
       one JSON object, and the ellipses drawn
   scribecell vision markers left.png --camera 2232,2232,959.5,599.5 --radius-mm 5
@@ -38,15 +40,16 @@ constexpr const char* kExamples = R"(Examples:
       the same, the plane's normal known (camera frame: x right, y down, z along the view)
 
 Pixels: (0, 0) is the middle of the first pixel, y down. The camera has no distortion, or the picture none left.
-Exit codes: 0 each picture has markers and none is refused; 1 a marker was refused, or a picture has none, or
-the circles tell no plane; 2 bad input
-or usage.)";
+What looks like a marker and is none (clutter of a real picture) is listed as refused; that is no failure.
+Exit codes: 0 each picture has markers (with --expect: so many); 1 one has not, or the circles tell no plane; 2 bad
+input or usage.)";
 
 struct Words {
     std::vector<std::string> images;
     std::vector<double> camera;
     std::vector<double> normal;
     std::optional<double> radius_mm;
+    std::optional<std::size_t> expect;
     std::string svg;
     std::string png;
     bool json = false;
@@ -193,7 +196,12 @@ int run(const Words& words) {
         } else {
             print_text(file, found, words, no_plane);
         }
-        complete = complete && !found.markers.empty() && found.refused.empty() && no_plane.empty();
+        const bool enough = words.expect ? found.markers.size() == *words.expect : !found.markers.empty();
+        if (words.expect && !enough) {
+            fmt::print(stderr, "{}: {} markers are found, {} are expected\n", file, found.markers.size(),
+                       *words.expect);
+        }
+        complete = complete && enough && no_plane.empty();
         if (!words.svg.empty()) {
             write_text_file(words.svg, svg_of(overlay_of(image, found)));
         }
@@ -223,6 +231,7 @@ void add_vision_markers(CLI::App& vision, int& exit_code) {
         ->expected(3)
         ->type_name("X,Y,Z");
     sub->add_option("--radius-mm", words->radius_mm, "of the circles")->check(CLI::Range(1e-3, 1e4));
+    sub->add_option("--expect", words->expect, "how many each picture must have")->check(CLI::Range(1, 100000));
     sub->add_option("--svg", words->svg, "overlay to write")->type_name("FILE");
     sub->add_option("--png", words->png, "the same as pixels")->type_name("FILE");
     sub->add_flag("--json", words->json, "one JSON object on stdout");

@@ -92,6 +92,19 @@ TEST_F(Board, MiddlesOfCirclesAreWhereTheyTrulyAre) {
     EXPECT_GT(fs::file_size(at("o.png")), 1000U);
 }
 
+TEST_F(Board, ClutterIsListedAndNoFailureAndCountsMayBeAskedFor) {
+    const std::string real = std::string(SC_TEST_DATA) + "/circle-grid/0.png";
+    const Ended ended = run({"vision", "markers", real, "--json"});
+    EXPECT_EQ(ended.code, 0) << ended.err;
+    const json picture = json::parse(ended.out).at("pictures").at(0);
+    EXPECT_GT(picture.at("refused").size(), 0U);
+    const std::size_t count = picture.at("markers").size();
+    EXPECT_EQ(run({"vision", "markers", real, "--expect", std::to_string(count)}).code, 0);
+    const Ended more = run({"vision", "markers", real, "--expect", std::to_string(count + 1)});
+    EXPECT_EQ(more.code, 1);
+    EXPECT_NE(more.err.find("are expected"), std::string::npos) << more.err;
+}
+
 TEST_F(Board, WrongUsageSaysWhatToGive) {
     const std::string picture = at("board_00_00.png");
     const Ended no_camera = run({"vision", "markers", picture, "--radius-mm", "5"});
