@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/calibration/board_bundle.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 
@@ -189,6 +192,57 @@ std::optional<Eigen::Matrix3d> homography_of(std::span<const PlanePair> pairs) {
     out << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], h[8];
     out = to_seen.inverse() * out * to_board;
     return out.allFinite() && std::abs(out.determinant()) > 0.0 ? std::optional(out) : std::nullopt;
+}
+
+std::optional<Eigen::Matrix3d> robust_homography(std::span<const PlanePair> pairs) {
+    constexpr int kDraws = 60;
+    constexpr double kReach = 6.0;  ///< medians
+    const auto distances = [&](const Eigen::Matrix3d& h) {
+        std::vector<double> out;
+        for (const PlanePair& p : pairs) {
+            const Eigen::Vector3d at = h * p.board.homogeneous();
+            out.push_back((at.hnormalized() - p.seen).norm());
+        }
+        return out;
+    };
+    const auto median = [](std::vector<double> values) {
+        const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+        std::nth_element(values.begin(), middle, values.end());
+        return *middle;
+    };
+    auto best = homography_of(pairs);
+    if (!best || pairs.size() < 8) {
+        return best;
+    }
+    std::vector<double> off = distances(*best);
+    double least = median(off);
+    if (*std::ranges::max_element(off) < kReach * least) {
+        return best;
+    }
+    std::uint32_t state = 12345;  // the same draws each time
+    const auto draw = [&] {
+        state = state * 1664525U + 1013904223U;
+        return static_cast<std::size_t>(state >> 8U) % pairs.size();
+    };
+    for (int k = 0; k < kDraws; ++k) {
+        const std::array<PlanePair, 4> four{pairs[draw()], pairs[draw()], pairs[draw()], pairs[draw()]};
+        if (const auto h = homography_of(four)) {
+            const double middle = median(distances(*h));
+            if (middle < least) {
+                least = middle;
+                best = h;
+            }
+        }
+    }
+    off = distances(*best);
+    std::vector<PlanePair> near;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+        if (off[i] < kReach * least) {
+            near.push_back(pairs[i]);
+        }
+    }
+    const auto refined = homography_of(near);
+    return refined ? refined : best;
 }
 
 Motion motion_of(const Eigen::Matrix3d& homography) {

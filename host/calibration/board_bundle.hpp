@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -54,6 +55,9 @@ struct PlanePair {
 };
 /// seen ~ H (board, 1), from four pairs or more (normalised direct linear transform); none if they lie on a line.
 [[nodiscard]] std::optional<Eigen::Matrix3d> homography_of(std::span<const PlanePair> pairs);
+/// The same although some pairs are wrong: of 60 quadruples the one with the least median of distances, then all pairs
+/// near it.
+[[nodiscard]] std::optional<Eigen::Matrix3d> robust_homography(std::span<const PlanePair> pairs);
 /// camera_from_board of a homography onto the plane z = 1; the board in front of the camera.
 [[nodiscard]] Motion motion_of(const Eigen::Matrix3d& homography);
 

@@ -319,7 +319,7 @@ std::optional<Motion> pose_by_homography(const BoardView& view, const CameraMode
             pairs.push_back({.board = {p.place.x, p.place.y}, .seen = {ray->x, ray->y}});
         }
     }
-    const auto homography = homography_of(pairs);
+    const auto homography = robust_homography(pairs);
     return homography ? std::optional(motion_of(*homography)) : std::nullopt;
 }
 

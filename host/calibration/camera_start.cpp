@@ -46,7 +46,7 @@ std::optional<Weighted> focal_of_view(const BoardView& view, double middle_x, do
         pairs.push_back({.board = {p.place.x, p.place.y},
                          .seen = {(p.seen[0] - middle_x) / scale, (p.seen[1] - middle_y) / scale}});
     }
-    const auto h = homography_of(pairs);
+    const auto h = robust_homography(pairs);
     if (!h) {
         return std::nullopt;
     }

@@ -280,8 +280,8 @@ StereoFit fit_stereo(const std::filesystem::path& left_file, const std::vector<B
             }
         }
     }
-    std::vector<FixedParameters> fixed{fixed_of(left_file, left_fit.camera.fixed),
-                                       fixed_of(right_file, right_fit.camera.fixed)};
+    const std::vector<FixedParameters> fixed{fixed_of(left_file, left_fit.camera.fixed),
+                                             fixed_of(right_file, right_fit.camera.fixed)};
     const BoardState start{.cameras = {left_fit.camera.model, right_fit.camera.model},
                            .right_from_left = pairing.right_from_left,
                            .boards = pairing.boards};

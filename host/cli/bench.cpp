@@ -49,6 +49,8 @@ constexpr const char* kExamples = R"(Examples:
       and OpenCV; whole cells from scan set to beam, and centres of markers (some minutes)
   scribecell bench centres
       circular markers: centres against the truth of rendered pictures, perspective taken out
+  scribecell bench stereo
+      pairs of cameras: parameters and places against the truth, the bound and OpenCV
   scribecell bench allowance
       distances, fit and borrowing of a scanned casting, beside their peers (./run bench allowance builds it first)
 
@@ -63,6 +65,7 @@ constexpr std::array kBenches{
     Bench{"measure", "the triple-laser head against the true angle", bench_measure},
     Bench{"calibration", "hand-eye, transforms, axes, whole cells against truth and bound", bench_calibration},
     Bench{"centres", "centres of circular markers in rendered pictures", bench_centres},
+    Bench{"stereo", "pairs of cameras against truth, bound and OpenCV", bench_stereo},
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
     Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},

@@ -77,6 +77,12 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// half of the 95 % confidence interval of the figure before it. Figures: tests/bench/asked.toml. `raw`: all files,
 /// errors.csv and figures.csv.
 [[nodiscard]] std::vector<Figure> bench_calibration(const BenchOptions& options);
+/// Pairs of cameras on the boards that scribecell-rig makes, a tenth of `sets` of them: stereo_coverage_pct (parameters
+/// within 1.96 of their stated sigma), stereo_place_coverage_pct (triangulated places likewise), stereo_place_over_crlb
+/// (rms of a coordinate over its bound, calibration and noise together), stereo_swaps_named_pct (two points swapped in
+/// each of three pictures: just these are named), stereo_ms, and stereo_reprojection_over_opencv, the largest rms over
+/// OpenCV's, by the program scribecell-stereo-peer. `raw`: all files and stereo.csv.
+[[nodiscard]] std::vector<Figure> bench_stereo(const BenchOptions& options);
 /// Circular markers on pictures that scribecell-circles renders. Figures: centre_total_mpx (rms of a coordinate of the
 /// ellipse's middle, semi-axes 20 and 14 px), centre_bias_mpx (what 50 pictures of a scene have in common, rms over 24
 /// scenes), centre_error_over_sigma (rms over the stated 1 sigma), perspective_residue_um (rms of a coordinate of the

@@ -62,6 +62,7 @@ struct Words {
     double focal = 0.0;
     std::string out;
     std::string overlays;
+    std::string points;
     bool keep_all = false;
     bool json = false;
 };
@@ -181,10 +182,26 @@ void write_overlays(const std::string& folder, const std::vector<ViewFit>& views
     }
 }
 
+/// What was seen, as read_board_points takes it.
+void write_points(const std::filesystem::path& file, const std::vector<BoardView>& views) {
+    std::string out = "view,row,col,X_mm,Y_mm,u_px,v_px\n";
+    for (const BoardView& view : views) {
+        for (const BoardPoint& p : view.points) {
+            out += fmt::format("{},{},{},{:.6f},{:.6f},{:.6f},{:.6f}\n", view.name, p.row, p.column, p.place.x * 1e3,
+                               p.place.y * 1e3, p.seen[0], p.seen[1]);
+        }
+    }
+    std::filesystem::create_directories(file.parent_path());
+    write_text_file(file, out);
+}
+
 int run_camera(const Words& words) {
     install_stop_signals();
     const auto files = expanded(words.left);
-    BoardInput input = read_boards(files, words.board);
+    const BoardInput input = read_boards(files, words.board);
+    if (!words.points.empty()) {
+        write_points(std::filesystem::path(words.points) / "points.csv", input.views);
+    }
     CameraFit fit = fit_camera(files.front(), input.views, options_of(words));
     fit.notes.insert(fit.notes.begin(), input.notes.begin(), input.notes.end());
     if (!words.out.empty()) {
@@ -280,6 +297,10 @@ int run_stereo(const Words& words) {
     BoardInput left = read_boards(left_files, words.board);
     BoardInput right = read_boards(right_files, words.board);
     pair_names(left_files, left.views, right_files, right.views);
+    if (!words.points.empty()) {
+        write_points(std::filesystem::path(words.points) / "left.csv", left.views);
+        write_points(std::filesystem::path(words.points) / "right.csv", right.views);
+    }
     StereoFit fit = fit_stereo(left_files.front(), left.views, right_files.front(), right.views, options_of(words));
     fit.notes.insert(fit.notes.begin(), right.notes.begin(), right.notes.end());
     fit.notes.insert(fit.notes.begin(), left.notes.begin(), left.notes.end());
@@ -310,6 +331,7 @@ void add_common(CLI::App& sub, Words& words) {
     sub.add_option("--focal-px", words.focal, "focal length to start with, or to stay at")->check(CLI::Range(1.0, 1e6));
     sub.add_flag("--keep-all", words.keep_all, "leave nothing out");
     sub.add_option("--out", words.out, "file of the cameras to write (scribecell-cameras)")->type_name("FILE");
+    sub.add_option("--points", words.points, "folder for the points that were found, as CSV")->type_name("DIR");
     sub.add_option("--overlays", words.overlays, "folder for a drawing of each picture's residuals")->type_name("DIR");
     sub.add_flag("--json", words.json, "one JSON object");
 }

@@ -56,6 +56,8 @@ struct Words {
     double robot_mdeg = 1.5;
     double marker_um = 7.5;
     double target_mdeg = 1.5;
+    double most_mm = 5.0;
+    double most_deg = 0.5;
     double time_offset = 0.0;
     int views = 50;
     bool fit_noise = false;
@@ -207,6 +209,8 @@ int run(const Words& words) {
                      .pose_turn = words.target_mdeg * 1e-3 * kDegree,
                      .fit = words.fit_noise};
     options.find_wrong = !words.keep_all;
+    options.most_place = words.most_mm * 1e-3;
+    options.most_turn = words.most_deg * kDegree;
     const std::vector<HandEyeView> views = views_of(words);
     const HandEyeResult result = calibrate_hand_eye(words.robot, views, options);
     std::optional<Suggestion> suggestion;
@@ -272,6 +276,10 @@ void add_calibrate_hand_eye(CLI::App& calibrate, int& exit_code) {
         ->capture_default_str();
     sub->add_flag("--fit-noise", words->fit_noise, "how large the noise is comes from the data");
     sub->add_flag("--keep-all", words->keep_all, "leave nothing out");
+    sub->add_option("--most-mm", words->most_mm, "1 sigma of the place beyond which the result is refused")
+        ->check(some)
+        ->capture_default_str();
+    sub->add_option("--most-deg", words->most_deg, "and of the turn")->check(some)->capture_default_str();
     sub->add_option("--time-offset-s", words->time_offset, "added to the times of the target")->capture_default_str();
     sub->add_option("--views", words->views, "that are taken of streams")
         ->check(CLI::Range(3, 500))

@@ -20,7 +20,9 @@ void add_calibrate(CLI::App& app, int& exit_code);
 void add_calibration(CLI::App& app, int& exit_code);
 void add_measure(CLI::App& app, int& exit_code);
 void add_vision(CLI::App& app, int& exit_code);
-void add_vision_markers(CLI::App& vision, int& exit_code);  ///< below `vision`
+void add_vision_markers(CLI::App& vision, int& exit_code);  ///< this and the next two: below `vision`
+void add_vision_board(CLI::App& vision, int& exit_code);
+void add_vision_stereo(CLI::App& vision, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_key(CLI::App& app, int& exit_code);
 void add_params(CLI::App& app, int& exit_code);

@@ -26,6 +26,10 @@ constexpr const char* kExamples = R"(Examples:
       one JSON object: for each picture centre, radius and quality, or why it was refused
   scribecell vision markers target.png --svg overlay.svg
       centres of circular markers
+  scribecell vision stereo --left l.png --right r.png --calibration pair.toml
+      places of the markers that a calibrated pair sees
+  scribecell vision board --pictures view*.png --board 9x6 --square 25 --camera camera.toml
+      where a board stands before a calibrated camera
 
 Pixels: (0, 0) is the middle of the first pixel, y down.
 Exit codes: 0 every picture has a centre; 1 one was refused; 2 bad input or usage.)";
@@ -100,6 +104,8 @@ void add_vision(CLI::App& app, int& exit_code) {
     sub->add_flag("--json", words->json, "one JSON object on stdout");
     sub->callback([words, &exit_code] { exit_code = guarded(words->json, [&words] { return run(*words); }); });
     add_vision_markers(*vision, exit_code);
+    add_vision_board(*vision, exit_code);
+    add_vision_stereo(*vision, exit_code);
 }
 
 }  // namespace sc::host::cli

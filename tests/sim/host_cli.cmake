@@ -70,6 +70,13 @@ if(SC_HOST AND SC_SIM)
   if(TARGET scribecell-hand-eye-peer)
     add_dependencies(sim_calibrate_places_test scribecell-hand-eye-peer)
   endif()
+  sc_test(sim_cameras_test LABEL sim TIMEOUT 120
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/cameras_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
+  add_dependencies(sim_cameras_test scribecell scribecell-rig scribecell-circles)
+  if(TARGET scribecell-stereo-peer)
+    add_dependencies(sim_cameras_test scribecell-stereo-peer)
+  endif()
   sc_test(sim_measure_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/measure_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)

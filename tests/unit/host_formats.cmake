@@ -5,7 +5,7 @@ sc_test(host_formats_tables_test LABEL unit
     ${dir}/unit_guess_test.cpp
   DEPS host_formats)
 sc_test(host_formats_toml_test LABEL unit
-  SOURCES ${dir}/calibration_set_test.cpp ${dir}/calibration_store_test.cpp ${dir}/job_test.cpp ${dir}/part_test.cpp ${dir}/recipe_test.cpp
+  SOURCES ${dir}/calibration_set_test.cpp ${dir}/calibration_store_test.cpp ${dir}/cameras_test.cpp ${dir}/job_test.cpp ${dir}/part_test.cpp ${dir}/recipe_test.cpp
     ${dir}/scan_set_test.cpp ${dir}/target_test.cpp
   DEPS host_formats)
 sc_test(host_formats_binary_test LABEL unit
@@ -25,6 +25,10 @@ sc_test(host_calibration_cell_test LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/plate_fit_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/host/calibration/sensor_ray_test.cpp
   DEPS host_calibration Eigen3::Eigen)
+sc_test(host_calibration_cameras_test LABEL unit
+  SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/calibration/camera_fit_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/host/calibration/marker_identity_test.cpp
+  DEPS host_calibration)
 sc_test(host_formats_geometry_test LABEL unit
   SOURCES ${dir}/mesh_test.cpp ${dir}/scan_test.cpp
   DEPS host_formats)

@@ -19,4 +19,9 @@ void write_singles(const std::filesystem::path& folder, const SetOptions& option
 /// Five markers of radius 5 mm, some 500 mm away on a plane tilted by 45°: board_SS_RR.png, camera.csv, truth.csv.
 void write_boards(const std::filesystem::path& folder, const SetOptions& options);
 
+/// A target of 20 markers of radius 3 mm on three steps, some 500 mm before a pair of cameras, two of its markers
+/// covered and three strangers about it: left_SS_RR.png, right_SS_RR.png, pair.toml (scribecell-cameras), target.toml
+/// (scribecell-target), truth.csv (scene, id, place in the left camera's frame; strangers have id 0).
+void write_pairs(const std::filesystem::path& folder, const SetOptions& options);
+
 }  // namespace sc::sim

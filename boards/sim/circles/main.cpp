@@ -17,6 +17,8 @@ constexpr const char* kExamples = R"(Examples:
       one tilted marker a picture, at places of its own within a pixel
   scribecell-circles boards --out boards --scenes 6 --repeats 20 --seed 3
       five markers on a plane tilted by 45 degrees
+  scribecell-circles pairs --out pairs --scenes 3 --repeats 1
+      a target of 20 markers before a pair of cameras, some covered, some strangers
 
 Written are pictures, camera.csv, and truth.csv with the middle of each ellipse and of each circle.
 Exit codes: 0 done; 1 a file cannot be written; 2 bad usage.)";
@@ -44,6 +46,7 @@ int main(int argc, char** argv) {
         };
         add("singles", "One marker a picture.", sc::sim::write_singles);
         add("boards", "Five markers on a plane.", sc::sim::write_boards);
+        add("pairs", "A target before a pair of cameras.", sc::sim::write_pairs);
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& error) {

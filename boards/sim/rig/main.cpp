@@ -11,6 +11,7 @@
 #include "boards/sim/rig/chain_sets.hpp"
 #include "boards/sim/rig/hand_eye_sets.hpp"
 #include "boards/sim/rig/place_sets.hpp"
+#include "boards/sim/rig/stereo_sets.hpp"
 
 namespace {
 
@@ -28,6 +29,8 @@ constexpr const char* kExamples = R"(Examples:
       markers on a turntable
   scribecell-rig chain --out sets --references ring --robot dh --pointing-um 10
       a whole cell: scan set, targets, places pointed at; 36 marks on four faces for those who judge
+  scribecell-rig stereo --out sets --sets 20 --noise-px 0.1
+      a pair of cameras before a board of 9 by 6 points, 1280x960 pixels
 
 Exit codes: 0 done; 1 a file cannot be written; 2 bad usage.)";
 
@@ -38,6 +41,7 @@ struct Words {
     sc::sim::HandEyeSetOptions hand_eye;
     sc::sim::RigidSetOptions rigid;
     sc::sim::AxisSetOptions axis;
+    sc::sim::StereoSetOptions stereo;
     double tilt_deg = 25.0;
     double roll_deg = 60.0;
     double robot_um = 6.7;
@@ -157,6 +161,26 @@ void add_chain(CLI::App& app, Words& words) {
     });
 }
 
+void add_stereo(CLI::App& app, Words& words) {
+    CLI::App* sub = add_kind(app, "stereo", "A pair of cameras before a flat board.", words);
+    sub->add_option("--views", words.stereo.views, "poses of the board")
+        ->check(CLI::Range(1, 500))
+        ->capture_default_str();
+    sub->add_option("--noise-px", words.stereo.noise_px, "of a coordinate")->check(CLI::Range(1e-6, 100.0));
+    sub->add_option("--tilt-deg", words.tilt_deg, "of the board, either way")->check(CLI::Range(0.0, 60.0));
+    sub->add_option("--swapped-views", words.stereo.swapped_views, "in which two points are swapped")
+        ->check(CLI::Range(0, 500));
+    sub->callback([&words, sub] {
+        sc::sim::StereoSetOptions set = words.stereo;
+        set.seed = words.seed;
+        set.sets = words.sets;
+        if (sub->count("--tilt-deg") > 0) {
+            set.tilt = words.tilt_deg * kDegree;
+        }
+        sc::sim::write_stereo_sets(words.out, set);
+    });
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -168,6 +192,7 @@ int main(int argc, char** argv) {
         add_hand_eye(app, words);
         add_places(app, words);
         add_chain(app, words);
+        add_stereo(app, words);
         try {
             app.parse(argc, argv);
         } catch (const CLI::ParseError& error) {
