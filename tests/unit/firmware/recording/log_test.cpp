@@ -116,6 +116,21 @@ TEST(Log, MissingRepeatedAndSwappedChunksAreFound) {
     EXPECT_EQ(read(longer).end, LogEnd::out_of_order);
 }
 
+TEST(Log, SaysWhetherTheControllerHadAKeyAndWhichButNotTheKey) {
+    LogHeader header = plain_header();
+    header.sealed = true;
+    header.key_check = 0x1234'5678;
+    header.entropy.fill(0x5A);
+    LogWriter writer;
+    const auto begun = writer.begin(header, LogWriter::kLeastLimit);
+    const std::vector<std::uint8_t> log(begun.begin(), begun.end());
+    const LogReader reader(log);
+    ASSERT_EQ(reader.end(), LogEnd::none);
+    EXPECT_TRUE(reader.header().sealed);
+    EXPECT_EQ(reader.header().key_check, 0x1234'5678U);
+    EXPECT_EQ(reader.header().entropy, header.entropy);
+}
+
 TEST(Log, OtherVersionsAndMachinesAreRefused) {
     const std::vector<std::uint8_t> good = log_of(plain_ticks(3));
     const std::size_t payload = kLogMagic.size() + kChunkHeadSize;
@@ -132,7 +147,7 @@ TEST(Log, OtherVersionsAndMachinesAreRefused) {
     const std::size_t config = payload + kHeaderPayloadSize - link::kConfigSize;
     EXPECT_EQ(read(with_byte(config, 0x55)).end, LogEnd::bad_machine) << "version of the configuration";
     EXPECT_EQ(read(with_byte(config + 2 + 7, 0xFF)).end, LogEnd::bad_machine) << "the control period is negative";
-    EXPECT_EQ(read(with_byte(payload + 2, 1)).end, LogEnd::malformed);
+    EXPECT_EQ(read(with_byte(payload + 2, 2)).end, LogEnd::malformed);
     EXPECT_EQ(read(std::vector<std::uint8_t>(5000, 0)).end, LogEnd::not_a_log);
 }
 
