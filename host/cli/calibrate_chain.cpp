@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <memory>
-#include <numbers>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -73,7 +74,16 @@ std::string save(const Words& words, const ChainResult& chain) {
         axis->provenance.parents = {words.chain.scan_set, words.pointing};
         axis->provenance.residual_rms = chain.rms;
     }
-    return save_records({.calibration = words.calibration, .out = words.out}, "chain", {record}, axis);
+    std::vector<CrossCovariance> cross;
+    if (axis && chain.together) {
+        CrossCovariance both{.between = {"h_from_c", "turntable"}, .at = {}};
+        for (std::size_t i = 0; i < 6; ++i) {
+            const auto& row = chain.together->at.at(i);
+            both.at.emplace_back(row.begin() + 6, row.end());
+        }
+        cross.push_back(std::move(both));
+    }
+    return save_records({.calibration = words.calibration, .out = words.out}, "chain", {record}, axis, cross);
 }
 
 int run(const Words& words) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include <fmt/chrono.h>
@@ -68,8 +69,20 @@ std::string transform_text(const Mat3& rotation, const Vec3& translation) {
 }
 
 std::string save_records(const SetFiles& files, const std::string& what, std::vector<TransformRecord> records,
-                         std::optional<AxisRecord> turntable) {
+                         std::optional<AxisRecord> turntable, std::vector<CrossCovariance> cross) {
     CalibrationSet set = next_set(files, what);
+    std::vector<std::string> replaced;
+    if (turntable) {
+        replaced.emplace_back("turntable");
+    }
+    for (const TransformRecord& record : records) {
+        replaced.push_back(record.id);
+    }
+    std::erase_if(set.cross, [&replaced](const CrossCovariance& c) {
+        return std::ranges::find(replaced, c.between[0]) != replaced.end() ||
+               std::ranges::find(replaced, c.between[1]) != replaced.end();
+    });
+    std::ranges::move(cross, std::back_inserter(set.cross));
     for (TransformRecord& record : records) {
         record.provenance.time = set.time;
         const auto same = std::ranges::find(set.transforms, record.id, &TransformRecord::id);

@@ -29,8 +29,9 @@ struct SetFiles {
 /// InputError.
 std::string save_transform(const SetFiles& files, const std::string& what, TransformRecord record);
 
-/// The same of several records, and of the turntable's axis if there is one.
+/// The same of several records, and of the turntable's axis if there is one, with covariances between them. Those of
+/// replaced records with others are dropped.
 std::string save_records(const SetFiles& files, const std::string& what, std::vector<TransformRecord> records,
-                         std::optional<AxisRecord> turntable);
+                         std::optional<AxisRecord> turntable, std::vector<CrossCovariance> cross = {});
 
 }  // namespace sc::host::cli

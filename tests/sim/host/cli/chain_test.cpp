@@ -113,6 +113,7 @@ TEST_F(Chain, MarksStandWhereItSaysAndTheSetServesOthers) {
     const std::string cell = read_file(at("cell.toml"));
     EXPECT_NE(cell.find("h_from_c"), std::string::npos);
     EXPECT_NE(cell.find("[turntable]"), std::string::npos) << cell;
+    EXPECT_NE(cell.find("[[cross_covariance]]"), std::string::npos) << cell;
     EXPECT_NE(read_file(at("map.svg")).find("</svg>"), std::string::npos);
 
     // Later, the same scan is registered to the map of what stands still: the same marks, by the set's axis.
