@@ -230,6 +230,7 @@ private:
         const double coverage = 100.0 * alone.inside / alone.places;
         figures_.push_back({"corner_coverage_pct", coverage, "%"});
         add("corner_with_robot_95_um", score_cells(sets, RobotUse::weighed).scribed.p95());
+        clear(sets);
     }
 
     fs::path make(const std::string& name, std::vector<std::string> arguments, const char* pointing_um) {
@@ -248,12 +249,19 @@ private:
         const fs::path sets = make(name, arguments, pointing_um);
         Score out = score_cells(sets, RobotUse::weighed);
         note(name, sets, out);
+        clear(sets);
         return out;
     }
     void note(const std::string& name, const fs::path& sets, const Score& score) {
         write_text_file(sets / "errors.csv", score.rows);
         rows_ += fmt::format("{}_95_um,{:.3f}\n{}_95_half_interval_um,{:.3f}\n", name, score.scribed.p95(), name,
                              score.scribed.half_interval());
+    }
+    /// A thousand cells are a hundred megabytes: they stay only where they were asked for.
+    void clear(const fs::path& sets) const {
+        if (!options_.raw) {
+            fs::remove_all(sets);
+        }
     }
     void add(std::string name, double um) { figures_.push_back({std::move(name), um, "um"}); }
 
