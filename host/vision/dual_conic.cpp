@@ -28,6 +28,7 @@ constexpr double kMadToSigma = 1.4826;
 constexpr double kSectorPx = 4.0;
 constexpr double kSlopeRing = 12.0;  ///< px outside the edge in which the light's slope is looked for
 constexpr std::size_t kLeastSlopePixels = 100;
+constexpr double kLeastLight = 0.02;
 constexpr double kTiny = 1e-12;
 
 /// Lines of a window round an ellipse, in coordinates about its centre in units of `scale`.
@@ -57,8 +58,8 @@ double median_of(std::vector<double> values) {
 
 class Fit {
 public:
-    Fit(const Gradients& gradients, const Ellipse& start, const MarkerSettings& settings)
-        : gradients_(gradients), ellipse_(start), settings_(settings) {
+    Fit(const Gradients& gradients, const cv::Mat& light, const Ellipse& start, const MarkerSettings& settings)
+        : gradients_(gradients), light_(light), ellipse_(start), settings_(settings) {
         const double outline = std::numbers::pi * (start.major + start.minor);
         sectors_.resize(static_cast<std::size_t>(std::clamp(static_cast<int>(outline / kSectorPx), 8, 36)));
     }
@@ -123,10 +124,31 @@ public:
             cv::sepFilter2D(wide[1], y, CV_64F, along, across, cv::Point(-1, -1), 0.0, cv::BORDER_CONSTANT);
             by_light[axis] = x + y;
         }
-        return {by_light[0].dot(by_light[0]), by_light[0].dot(by_light[1]), by_light[1].dot(by_light[1])};
+        const cv::Matx22d in_place(by_light[0].dot(by_light[0]), by_light[0].dot(by_light[1]),
+                                   by_light[0].dot(by_light[1]), by_light[1].dot(by_light[1]));
+        const cv::Matx22d onwards = (cv::Matx22d::eye() - drawn_along()).inv();
+        const cv::Matx22d all = onwards * in_place * onwards.t();
+        return {all(0, 0), all(0, 1), all(1, 1)};
     }
 
 private:
+    /// The window is about the ellipse, and draws it along: how far the centre moves for a move of the window.
+    [[nodiscard]] cv::Matx22d drawn_along() const {
+        constexpr double kAsidePx = 0.05;
+        cv::Matx22d out = cv::Matx22d::zeros();
+        for (int axis = 0; axis < 2; ++axis) {
+            for (const double sign : {1.0, -1.0}) {
+                Fit aside = *this;
+                (axis == 0 ? aside.ellipse_.x : aside.ellipse_.y) += sign * kAsidePx;
+                if (aside.solve()) {
+                    out(0, axis) += sign * (aside.ellipse_.x - ellipse_.x) / (2.0 * kAsidePx);
+                    out(1, axis) += sign * (aside.ellipse_.y - ellipse_.y) / (2.0 * kAsidePx);
+                }
+            }
+        }
+        return out;
+    }
+
     [[nodiscard]] cv::Rect window() const {
         const EllipseShape shape = shape_of(ellipse_);
         const double half_x = std::sqrt(shape[0]) + 1.5 * reach_;
@@ -176,8 +198,9 @@ private:
     }
 
     [[nodiscard]] std::pair<double, double> gradient(int column, int row) const {
-        return {static_cast<double>(gradients_.x.at<float>(row, column)) - slope_[0],
-                static_cast<double>(gradients_.y.at<float>(row, column)) - slope_[1]};
+        const auto light = static_cast<double>(light_.at<float>(row, column));
+        return {static_cast<double>(gradients_.x.at<float>(row, column)) - slope_[0] * light,
+                static_cast<double>(gradients_.y.at<float>(row, column)) - slope_[1] * light};
     }
 
     /// How the light rises over the picture, which is none of the edge: the medians of the gradients away from it,
@@ -197,8 +220,9 @@ private:
             for (int column = box.x; column < box.x + box.width; ++column) {
                 const double off = distance_from(ellipse_, column, row);
                 if (std::abs(off) > kReachPx && off < kSlopeRing) {
-                    x.push_back(static_cast<double>(gradients_.x.at<float>(row, column)));
-                    y.push_back(static_cast<double>(gradients_.y.at<float>(row, column)));
+                    const double light = std::max(static_cast<double>(light_.at<float>(row, column)), kLeastLight);
+                    x.push_back(static_cast<double>(gradients_.x.at<float>(row, column)) / light);
+                    y.push_back(static_cast<double>(gradients_.y.at<float>(row, column)) / light);
                 }
             }
         }
@@ -289,11 +313,12 @@ private:
     }
 
     const Gradients& gradients_;
+    const cv::Mat& light_;  ///< smoothed as the gradients are
     Ellipse ellipse_;
     const MarkerSettings& settings_;
     std::vector<EdgeSector> sectors_;
     double reach_ = kReachPx;
-    std::array<double, 2> slope_{};  ///< of the light, a pixel
+    std::array<double, 2> slope_{};  ///< of the light a pixel, over the light: what is dark reflects less of it
     Frame frame_;
     Vector5 solution_;
     Matrix5 inverse_;
@@ -381,7 +406,10 @@ Gradients gradients_of(const cv::Mat& light, double smoothing_px) {
 
 std::optional<DualConicFit> fit_dual_conic(const Gradients& gradients, const cv::Mat& light, const Ellipse& start,
                                            const MarkerSettings& settings) {
-    Fit fit(gradients, start, settings);
+    cv::Mat smooth;
+    cv::sepFilter2D(light, smooth, CV_32F, gradients.along, gradients.along, cv::Point(-1, -1), 0.0,
+                    cv::BORDER_REPLICATE);
+    Fit fit(gradients, smooth, start, settings);
     if (!fit.run()) {
         return std::nullopt;
     }
