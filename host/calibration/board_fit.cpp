@@ -47,7 +47,7 @@ class Fitter {
 public:
     Fitter(const std::vector<BoardSights>& sights, const BoardState& start, const std::vector<FixedParameters>& fixed,
            const BoardFitSettings& settings)
-        : sights_(sights), settings_(settings), state_(start), views_(sights.size()) {
+        : settings_(settings), state_(start), views_(sights.size()) {
         bundle_.fixed = fixed;
         std::vector<double> sigmas;
         for (const BoardSights& view : sights) {
@@ -287,7 +287,6 @@ private:
         return std::nullopt;
     }
 
-    const std::vector<BoardSights>& sights_;
     BoardFitSettings settings_;
     BoardState state_;
     std::vector<ViewFit> views_;
