@@ -149,10 +149,11 @@ private:
                     const SeenMarker& stored = stored_[a.marker];
                     shared += sigma_of(stored, options_.marker).cwiseAbs2().asDiagonal();
                 }
-                if (a.view == b.view) {
-                    shared += turn * skew(a.from_flange) * skew(b.from_flange).transpose() +
-                              place * Eigen::Matrix3d::Identity();
-                }
+                // A robot pose moves all markers of its view; those of the stored places, taken to be as many, moved
+                // all.
+                const Eigen::Matrix3d of_robot =
+                    turn * skew(a.from_flange) * skew(b.from_flange).transpose() + place * Eigen::Matrix3d::Identity();
+                shared += ((a.view == b.view ? 1.0 : 0.0) + 1.0 / static_cast<double>(views_.size())) * of_robot;
                 if (i == j) {
                     shared += a.noise;
                 }
