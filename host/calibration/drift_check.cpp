@@ -303,6 +303,7 @@ private:
             Eigen::Vector3d off = Eigen::Vector3d::Zero();
             Eigen::Vector3d left = Eigen::Vector3d::Zero();
             Eigen::Matrix3d noise = Eigen::Matrix3d::Zero();
+            Eigen::Matrix3d robot = Eigen::Matrix3d::Zero();
             double count = 0.0;
             for (std::size_t i = 0; i < sights_.size(); ++i) {
                 if (sights_[i].marker == m) {
@@ -310,13 +311,19 @@ private:
                     off += residual_.segment<3>(at);
                     left += left_[best].segment<3>(at);
                     noise += sights_[i].noise;
+                    const Eigen::Matrix3d arm = options_.robot_turn * skew(sights_[i].from_flange);
+                    robot += arm * arm.transpose() +
+                             options_.robot_place * options_.robot_place * Eigen::Matrix3d::Identity();
                     count += 1.0;
                 }
             }
             off /= count;
             left /= count;
-            const double robot = by_robot_ ? options_.robot_place * options_.robot_place / count : 0.0;
-            Eigen::Matrix3d spread = noise / (count * count) + robot * Eigen::Matrix3d::Identity();
+            Eigen::Matrix3d spread = noise / (count * count);
+            if (by_robot_) {
+                // Of the views, and of as many that the stored places came from.
+                spread += 2.0 * robot / (count * count);
+            }
             spread += sigma_of(stored_[m], options_.marker).cwiseAbs2().asDiagonal();
             marker.off = to_vec(off);
             marker.chance = chance_of(left.dot(spread.ldlt().solve(left)), 3.0);

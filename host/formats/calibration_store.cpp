@@ -160,6 +160,10 @@ const StoredSet& CalibrationStore::find(std::string_view name) const {
         refuse("the store has no sets", "take one in with `scribecell calibration import FILE`");
     }
     if (name.empty()) {
+        if (current() == nullptr) {
+            refuse("the store does not say which set is current",
+                   "make one current with `scribecell calibration rollback`");
+        }
         return *current();
     }
     if (const auto no = whole_number(name); no && *no >= 1 && *no <= static_cast<int>(sets_.size())) {
@@ -221,13 +225,13 @@ const StoredSet& CalibrationStore::import(const std::filesystem::path& file, con
 }
 
 const StoredSet& CalibrationStore::rollback(std::string_view name, const std::string& note) {
-    static_cast<void>(find(name));  // of an empty store, before anything is made
+    static_cast<void>(find(name.empty() ? "1" : name));  // of an empty store, before anything is made
     const StoreLock lock(folder_);
     load();
-    const int before = current()->no;
+    const int before = current() == nullptr ? 0 : current()->no;
     int wanted = 0;
     if (name.empty()) {
-        wanted = changes_.back().from;
+        wanted = changes_.empty() ? 0 : changes_.back().from;
         if (wanted == 0) {
             throw InputError({.file = folder_.string(),
                               .problem = "there is no earlier set",
