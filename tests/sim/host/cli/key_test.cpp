@@ -104,8 +104,8 @@ TEST_F(Key, AKilledHostsJobGoesOnWithTheKey) {
     adopt_orphans();
     const std::string socket = (folder_ / "cell.socket").string();
     const std::string journal = (folder_ / "journal.sqlite").string();
-    Program cell("scribecell-cell", {"--lockstep", socket, "--out", (folder_ / "cell").string(), "--kill-host-at", "20",
-                                     "--gap", "1", "--key", key_});
+    Program cell("scribecell-cell", {"--lockstep", socket, "--out", (folder_ / "cell").string(), "--kill-host-at",
+                                     "9.43", "--gap", "1", "--key", key_});
     for (int i = 0; i < 500 && !fs::exists(socket); ++i) {
         ::usleep(10'000);
     }
