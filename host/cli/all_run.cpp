@@ -259,7 +259,7 @@ private:
 
     Json table(const std::filesystem::path& folder) {
         survey(words("ring", folder / "ring"));
-        std::vector<std::string> list = words("table", folder / "markers", kWorld);
+        const std::vector<std::string> list = words("table", folder / "markers", kWorld);
         survey(list);
         const Stitch placed = stitch({folder / "ring", folder / "markers"});
         const TurntableFit fit =
@@ -335,8 +335,9 @@ private:
             for (const SeenMarker& marker : view.markers) {
                 // As it stands at the view's angle, tied to the table at C = 0.
                 const Point<frame::H> now = h_from_c(set_) * Point<frame::C>{marker.place};
-                markers.push_back({90.0 * (marker.id / 100), marker.id % 100,
-                                   from_face(set_, now, -view.turn.value_or(0.0) / kDegree).v});
+                const int face = marker.id / 100;
+                markers.push_back(
+                    {90.0 * face, marker.id % 100, from_face(set_, now, -view.turn.value_or(0.0) / kDegree).v});
             }
         }
         write_marker_job(set_, calibration, markers, folder);

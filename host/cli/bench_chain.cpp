@@ -145,7 +145,7 @@ Score score_cells(const fs::path& folder, RobotUse robot) {
         if (stop_requested()) {
             throw Interrupted();
         }
-        const std::string name = truth.text(row, truth.column("set"));
+        const std::string& name = truth.text(row, truth.column("set"));
         const fs::path set = folder / name;
         const std::vector<Mark> marks = read_marks(set / "marks.csv");
         const ChainInput input = read_cell(set);

@@ -45,9 +45,9 @@ void add_plain(std::vector<RecordSummary>& out, const std::string& id, const std
 }
 
 template <std::size_t N>
-CovarianceBlock block(std::string id, std::string_view order, const Lengths<N>& lengths,
+CovarianceBlock block(const std::string& id, std::string_view order, const Lengths<N>& lengths,
                       const Covariance<N>& covariance) {
-    CovarianceBlock out{.id = std::move(id), .order = order, .lengths = {lengths.begin(), lengths.end()}, .at = {}};
+    CovarianceBlock out{.id = id, .order = order, .lengths = {lengths.begin(), lengths.end()}, .at = {}};
     for (const auto& row : covariance.at) {
         out.at.emplace_back(row.begin(), row.end());
     }

@@ -62,8 +62,9 @@ std::optional<std::int64_t> plain_number(std::string_view text) {
         base = 8;
     }
     std::uint64_t value = 0;
-    const char* const end = text.data() + text.size();
-    const auto [next, error] = std::from_chars(text.data(), end, value, base);
+    const char* const begin = text.data();
+    const char* const end = begin + text.size();
+    const auto [next, error] = std::from_chars(begin, end, value, base);
     if (text.empty() || error != std::errc{} || next != end || value > std::uint64_t{INT64_MAX}) {
         return std::nullopt;
     }
@@ -237,8 +238,9 @@ std::optional<Name> object_name(std::string_view section) {
         return std::nullopt;
     }
     const auto hex = [](std::string_view digits, auto& value) {
-        const char* const end = digits.data() + digits.size();
-        const auto [next, error] = std::from_chars(digits.data(), end, value, 16);
+        const char* const begin = digits.data();
+        const char* const end = begin + digits.size();
+        const auto [next, error] = std::from_chars(begin, end, value, 16);
         return !digits.empty() && error == std::errc{} && next == end;
     };
     Name name;

@@ -48,7 +48,7 @@ public:
     void run(std::vector<ChainView>& views) {
         for (ChainView& view : views) {
             std::vector<bool> named(view.seen.markers.size(), false);
-            std::vector<SeenMarker> before = view.seen.markers;
+            const std::vector<SeenMarker> before = view.seen.markers;
             std::string why;
             for (const auto& body : bodies_) {
                 name_by(body, before, view, named, why);

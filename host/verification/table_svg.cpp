@@ -106,8 +106,9 @@ std::string table_svg(const VerificationTable& table, const TableAssessment& ass
     svg.text(kGap, 70, fmt::format("seen from the laser; arrows: x and z, bars: y, {:.0f} times enlarged", kEnlarged),
              "small");
     for (std::size_t i = 0; i < assessment.faces.size(); ++i) {
+        const std::size_t row = i / columns;
         draw_face(svg, table, assessment.faces[i], kGap + static_cast<double>(i % columns) * (kPanel + kGap),
-                  kTop + static_cast<double>(i / columns) * (kPanel + kGap));
+                  kTop + static_cast<double>(row) * (kPanel + kGap));
     }
     double y = notes + 8.0;
     for (const std::string& line : lines) {

@@ -8,7 +8,7 @@ namespace sc::crypto {
 namespace {
 
 constexpr std::uint8_t doubled(std::uint8_t x) noexcept {
-    return static_cast<std::uint8_t>((x << 1U) ^ ((x & 0x80U) != 0 ? 0x1BU : 0U));
+    return static_cast<std::uint8_t>((unsigned{x} << 1U) ^ ((x & 0x80U) != 0 ? 0x1BU : 0U));
 }
 
 /// The S-box by its definition: inverse in GF(2^8) (walking 3^n and 3^-n together), then the affine map.

@@ -9,7 +9,7 @@ void double_block(Block& block) noexcept {
     const unsigned carry = block[0] >> 7U;
     for (std::size_t i = 0; i < block.size(); ++i) {
         const unsigned next = i + 1 < block.size() ? block[i + 1] >> 7U : 0U;
-        block[i] = static_cast<std::uint8_t>((block[i] << 1U) | next);
+        block[i] = static_cast<std::uint8_t>((unsigned{block[i]} << 1U) | next);
     }
     block[15] = static_cast<std::uint8_t>(block[15] ^ (0x87U * carry));
 }

@@ -336,7 +336,8 @@ private:
         for (int face = 0; face < 4; ++face) {
             const double angle = -90.0 * face * kDegree + options_.table * normal_draw(random_);
             for (int k = 0; k < kOfFace; ++k) {
-                const Mark& m = workpiece_[static_cast<std::size_t>(face * kOfFace + k)];
+                const Mark& m =
+                    workpiece_[static_cast<std::size_t>(face) * std::size_t{kOfFace} + static_cast<std::size_t>(k)];
                 const Vec3 place = turned(m.place, angle);
                 const Vec3 met = place + normal({options_.axes, options_.axes, options_.axes});
                 out += text_of("%d,%d,", m.id, 90 * face) + text_mm(met) + "," + text_mm(place + normal(eye())) + "\n";

@@ -84,6 +84,7 @@ void write_table_markers(const CellTruth& truth, const World& world, int angles,
 void write_axes(const CellTruth& truth, const World& world, const std::filesystem::path& file) {
     Random random = truth.random(23);
     constexpr std::array kFrom{-0.450, -0.400, -0.500};
+    constexpr double kPitch = 9.1e-3;
     const std::array<std::array<double, 4>, 3> levels{
         {{-0.44, -0.30, -0.15, 0.0}, {-0.39, -0.26, -0.13, 0.0}, {-0.49, -0.33, -0.16, 0.0}}};
     std::string text = "x,y,z,dir_x,dir_y,dir_z,true_x,true_y,true_z\n";
@@ -92,9 +93,10 @@ void write_axes(const CellTruth& truth, const World& world, const std::filesyste
         const std::size_t c = (along + 2) % 3;
         for (const double level_b : levels[b]) {
             for (const double level_c : levels[c]) {
-                for (double at = kFrom[along]; at <= 0.005; at += 9.1e-3) {
+                const int steps = static_cast<int>((0.005 - kFrom[along]) / kPitch);
+                for (int step = 0; step <= steps; ++step) {
                     std::array<double, 3> reading{};
-                    reading[along] = at;
+                    reading[along] = kFrom[along] + step * kPitch;
                     reading[b] = level_b;
                     reading[c] = level_c;
                     std::array<int, 3> way{};

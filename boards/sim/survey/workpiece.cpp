@@ -55,8 +55,9 @@ std::vector<std::array<Vec3, kMarkers>> markers_on(const World& world, const Cel
     std::vector<std::array<Vec3, kMarkers>> out(kFaces);
     for (int face = 0; face < kFaces; ++face) {
         for (int k = 0; k < kMarkers; ++k) {
+            const int row = k / 3;
             const Vec3 ahead{(static_cast<double>(k % 3) - 1.0) * 0.075 + even_draw(random, -0.02, 0.02), 1.0,
-                             (static_cast<double>(k / 3) - 1.0) * 0.045 + even_draw(random, -0.012, 0.012)};
+                             (static_cast<double>(row) - 1.0) * 0.045 + even_draw(random, -0.012, 0.012)};
             // Face k stands before the laser at C = −k: on the table it looks along +y turned by +k.
             const Vec3 from = kMiddle + turned(ahead, face);
             const auto hit = world.hit({from, turned({0.0, -1.0, 0.0}, face)}, 0.0);

@@ -129,7 +129,7 @@ TEST(LockStep, FiguresCountMarkingTicksApartAndTheStackStaysWithinItsBound) {
     EXPECT_GT(figures.stack_used, 1000U);
     EXPECT_LE(figures.stack_used, 4096U);
     EXPECT_LE(figures.stack_used_at_start, 4096U);
-    EXPECT_EQ(figures.stack_size, 12288U);
+    EXPECT_EQ(figures.stack_size, 10240U);
     RecordProperty("stack_used", static_cast<int>(figures.stack_used));
 }
 
