@@ -32,7 +32,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr const char* kWorld = "boards/sim/world/default/world.toml";
-constexpr const char* kSteps = "boards/sim/world/steps/world.toml";
 constexpr double kMobileAcross = 10.0;  ///< um: a person's pointing where the option says 0
 
 /// Covariance of a shift along y that all markers have in common.

@@ -88,9 +88,10 @@ PlatePlan ladder(const Asked& asked, const MachineConfig& machine) {
     for (int i = 0; i < asked.rungs; ++i) {
         const int at = (i * stride) % asked.rungs;
         const double y = asked.at_mm[1] + asked.half_mm * (2.0 * i / (asked.rungs - 1) - 1.0);
-        stands.push_back({{asked.at_mm[0] * 1e-3 + kApart * (at % kAcross - kAcross / 2), y * 1e-3,
-                           asked.at_mm[2] * 1e-3 + kApart * (at / kAcross - 1)},
-                          {{0.0, 0.0}}});
+        const int column = at % kAcross - kAcross / 2;
+        const int row = at / kAcross - 1;
+        stands.push_back(
+            {{asked.at_mm[0] * 1e-3 + kApart * column, y * 1e-3, asked.at_mm[2] * 1e-3 + kApart * row}, {{0.0, 0.0}}});
     }
     return plan_stands(stands, kArm, machine);
 }
