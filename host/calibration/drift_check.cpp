@@ -195,18 +195,20 @@ private:
 
     /// `base` is fitted too and counts for nothing.
     void add(DriftResult& out, DriftCause cause, const Eigen::MatrixXd& base, const Eigen::MatrixXd& own) {
-        Eigen::MatrixXd design(rows(), base.cols() + own.cols());
-        design << base, own;
-        const Eigen::MatrixXd white = whitener_.matrixL().solve(design);
         const Eigen::VectorXd target = whitener_.matrixL().solve(residual_);
         DriftHypothesis h{.cause = cause, .parameters = static_cast<int>(own.cols())};
-        Eigen::VectorXd left = target;
-        Eigen::VectorXd step(design.cols());
-        if (design.cols() > 0) {
-            const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(white);
-            step = qr.solve(target);
-            left = target - white * step;
+        if (base.cols() + own.cols() == 0) {
+            h.chi_squared = target.squaredNorm();
+            left_.push_back(residual_);
+            out.hypotheses.push_back(h);
+            return;
         }
+        Eigen::MatrixXd design(rows(), base.cols() + own.cols());
+        design.leftCols(base.cols()) = base;
+        design.rightCols(own.cols()) = own;
+        const Eigen::MatrixXd white = whitener_.matrixL().solve(design);
+        const Eigen::VectorXd step = Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(white).solve(target);
+        const Eigen::VectorXd left = target - white * step;
         h.chi_squared = left.squaredNorm();
         if (own.cols() > 0) {
             const Eigen::VectorXd mine = step.tail(own.cols());

@@ -48,6 +48,7 @@ public:
         add_sights();
         free_wrong_angles();
         name_wrong();
+        note_lone();
         add_pointing();
         add_robot();
         return std::move(out_);
@@ -199,6 +200,22 @@ private:
             refuse(0, "too many markers do not match between views",
                    fmt::format("{} of {}", wrong, out_.model.sights.size()),
                    "check the numbers of the markers, and which of them stand still");
+        }
+    }
+
+    void note_lone() {
+        std::vector<int> views(out_.ids.size(), 0);
+        for (const ChainSight& s : out_.model.sights) {
+            ++views[s.marker];
+        }
+        const auto lone = std::ranges::count(views, 1);
+        if (lone > 0) {
+            const auto first = static_cast<std::size_t>(std::ranges::find(views, 1) - views.begin());
+            out_.notes.push_back(
+                lone == 1
+                    ? fmt::format("marker {} is seen by one view alone: if wrong, nobody could tell", out_.ids[first])
+                    : fmt::format("{} markers ({}, ...) are seen by one view each: if one is wrong, nobody could tell",
+                                  lone, out_.ids[first]));
         }
     }
 

@@ -249,9 +249,13 @@ private:
         const auto any = [this](std::size_t count) {
             return std::uniform_int_distribution<std::size_t>(0, count - 1)(random_);
         };
-        for (int k = 0; k < options_.wrong; ++k) {
+        for (int k = 0; k < options_.wrong;) {
             const std::size_t v = any(views_.size());
             Sighting& s = views_[v].seen[any(views_[v].seen.size())];
+            if (times_seen(s.id) < 3) {
+                continue;  // nobody could tell
+            }
+            ++k;
             s.place = s.place + even(1e-3, 5e-3) * any_direction(random_);
             wrong_ += text_of("%s,%d,moved\n", name_of(v).c_str(), s.id);
         }
@@ -271,6 +275,11 @@ private:
         }
     }
 
+    [[nodiscard]] std::ptrdiff_t times_seen(int id) const {
+        return std::ranges::count_if(views_, [id](const View& view) {
+            return std::ranges::find(view.seen, id, &Sighting::id) != view.seen.end();
+        });
+    }
     [[nodiscard]] static std::string name_of(std::size_t view) { return text_of("view_%02zu", view + 1); }
 
     static std::string row_of(const Vec3& v) { return text_of("[%.13f, %.13f, %.13f]", v.x, v.y, v.z); }
