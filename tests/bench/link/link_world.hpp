@@ -40,6 +40,8 @@ public:
     }
     [[nodiscard]] HostTime now() const override { return HostTime{Nanoseconds(now_ns_)}; }
     [[nodiscard]] bool closed() const override { return dead_; }
+    /// Time on the wire, from the first to the last point burnt, of all that the cell said meanwhile.
+    [[nodiscard]] std::int64_t cell_said_ns() const { return cell_said_at_last_ns_ - cell_said_at_first_ns_; }
 
     /// Called once, at that time.
     void when_reached(std::int64_t at_ns, std::function<void()> call) {
@@ -76,6 +78,17 @@ private:
             carrier_->receive(1, now_ns_, in_);
             cell_->tick(now_ns_ / kTickNs, in_, out_);
             carrier_->send(1, out_, now_ns_);
+            count_said();
+        }
+    }
+    void count_said() {
+        const std::int64_t tick = now_ns_ / kTickNs;
+        if (cell_->first_burn_tick() == tick) {
+            cell_said_at_first_ns_ = cell_said_ns_;
+        }
+        cell_said_ns_ += out_.empty() ? 0 : carrier_->message_ns(out_);
+        if (cell_->last_burn_tick() == tick) {
+            cell_said_at_last_ns_ = cell_said_ns_;
         }
     }
     void step() {
@@ -94,6 +107,9 @@ private:
     std::vector<std::uint8_t> in_;
     std::vector<std::uint8_t> out_;
     std::vector<std::uint8_t> arrived_;
+    std::int64_t cell_said_ns_ = 0;
+    std::int64_t cell_said_at_first_ns_ = 0;
+    std::int64_t cell_said_at_last_ns_ = 0;
     std::int64_t call_ns_ = 0;
     std::function<void()> call_;
     std::size_t kills_ = 0;

@@ -148,45 +148,29 @@ Ends burn(LinkWorld& world, CellEnd& cell, const std::vector<Item>& items, std::
 // --- throughput
 
 /// Points a second that the carrier could bring without trouble: the blocks back to back on a bus that is never idle,
-/// less what acknowledgements, status and heartbeats take of a bus that both directions share.
-double limit_of(const Carrier& carrier, const std::vector<Item>& items) {
+/// less the host's heartbeats, and less `back`, the share of the time that the cell's own messages take of a bus that
+/// both directions share.
+double limit_of(const Carrier& carrier, const std::vector<Item>& items, double back) {
     const std::uint64_t hash = job_hash(items);
     std::array<std::uint8_t, link::kSerialCapacity> bytes{};
     const auto time_of = [&](const auto& message) {
         return static_cast<double>(carrier.message_ns(std::span(bytes).first(link::encode_serial(message, 1, bytes))));
     };
     double blocks_ns = 0.0;
-    double blocks = 0.0;
     for (std::uint32_t first = 0; first < items.size();) {
         const link::Block block = link::make_block(hash, items, first);
         blocks_ns += time_of(block);
-        blocks += 1.0;
         first += block.count;
     }
-    // As in the midst of a job: on CAN a message of zeros is longer, by the bits that are stuffed.
-    link::StreamAck ack;
-    ack.job_low = static_cast<std::uint32_t>(hash);
-    ack.received = static_cast<std::uint32_t>(items.size() / 2);
-    ack.planned = ack.fired = ack.received - 1000;
-    ack.free_items = 1000;
-    ack.path = 5;
-    ack.pulses = 6789;
-    const double heartbeat_ns = time_of(link::Heartbeat{1'000'000}) / 25e6;
-    // One acknowledgement a block, and no more than one a tick.
-    const double acks = carrier.shared_by_both() ? time_of(ack) : 0.0;
-    const bool each_tick = blocks / (blocks_ns + acks * blocks) > 1e-6;
-    const double back = each_tick ? 0.0 : acks * blocks / blocks_ns;
-    const double ticks = each_tick ? acks / 1e6 : 0.0;
-    const double status = carrier.shared_by_both() ? time_of(link::Status{}) / 20e6 : 0.0;
-    // In a time T the blocks, their acks and what is periodic share the wire.
-    const double points = static_cast<double>(points_of(items));
-    return points / (blocks_ns * 1e-9 * (1.0 + back)) * (1.0 - heartbeat_ns - status - ticks);
+    const double heartbeat = time_of(link::Heartbeat{1'000'000}) / 25e6;
+    return static_cast<double>(points_of(items)) / (blocks_ns * 1e-9) * (1.0 - heartbeat - back);
 }
 
 struct Throughput {
     double share = 0.0;
     double points_per_s = 0.0;
     double limit = 0.0;
+    double back = 0.0;  ///< share of the bus that the cell's own messages took
 };
 
 Throughput throughput(const std::string& name, const std::vector<Item>& items, std::uint64_t seed,
@@ -206,7 +190,8 @@ Throughput throughput(const std::string& name, const std::vector<Item>& items, s
     const double seconds = static_cast<double>(cell.last_burn_tick() - cell.first_burn_tick()) * 1e-3;
     // What had come before the first tick has not come within these seconds.
     result.points_per_s = static_cast<double>(cell.burnt().size() - cell.burnt_at_first()) / seconds;
-    result.limit = limit_of(*carrier, items);
+    result.back = carrier->shared_by_both() ? 1e-9 * static_cast<double>(world.cell_said_ns()) / seconds : 0.0;
+    result.limit = limit_of(*carrier, items, result.back);
     result.share = result.points_per_s / result.limit;
     return result;
 }
@@ -306,7 +291,7 @@ private:
 void measure(const std::string& dense, double scale, std::uint64_t seed) {
     Json json;
     const std::map<std::string, std::size_t> carriers{
-        {"classic_1m", 60'000}, {"fd_1m_5m", 300'000}, {"serial_921k", 120'000}, {"serial_3m", 300'000}};
+        {"classic_1m", 240'000}, {"fd_1m_5m", 1'200'000}, {"serial_921k", 480'000}, {"serial_3m", 1'200'000}};
     double slowest_resume = 0.0;
     for (const auto& [name, points] : carriers) {
         const auto count = std::max<std::size_t>(static_cast<std::size_t>(static_cast<double>(points) * scale), 20'000);
@@ -315,6 +300,7 @@ void measure(const std::string& dense, double scale, std::uint64_t seed) {
         json.add(name + "_share", result.share);
         json.add(name + "_points_per_s", result.points_per_s);
         json.add(name + "_limit", result.limit);
+        json.add(name + "_back_share", result.back);
         slowest_resume = std::max(slowest_resume, resume_seconds(name, seed));
     }
     const std::vector<Item> items = dense_job(dense, 20'000);
