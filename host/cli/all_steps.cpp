@@ -13,6 +13,7 @@
 #include "host/calibration/transforms.hpp"
 #include "host/formats/error.hpp"
 #include "host/formats/file.hpp"
+#include "host/registration/chain.hpp"
 
 namespace sc::host::cli {
 namespace {
@@ -45,14 +46,24 @@ void survey(const std::vector<std::string>& words) {
 }
 
 Stitch stitch_folders(const std::vector<std::filesystem::path>& folders) {
-    std::vector<MarkerView> views;
+    ChainInput input;
+    input.file = folders.front() / "references.csv";
     for (const auto& folder : folders) {
         for (MarkerView& view : read_marker_views(folder / "references.csv").views) {
             view.view = view_name(folder, view.view);
-            views.push_back(std::move(view));
+            view.turn.reset();
+            for (const SeenMarker& marker : view.markers) {
+                input.still.insert(marker.id);
+            }
+            input.views.push_back({.seen = std::move(view), .b_from_f = {}});
         }
     }
-    return stitch_views(folders.front() / "references.csv", views);
+    const ChainResult chain = fit_chain(input);
+    Stitch out{.views = {}, .rms = chain.rms};
+    for (const ChainViewResult& view : chain.views) {
+        out.views[view.name] = {view.rotation, view.translation};
+    }
+    return out;
 }
 
 Stitch stitch_by_robot(const std::vector<std::filesystem::path>& folders, const Rigid<frame::F, frame::C>& f_from_c) {
@@ -65,8 +76,7 @@ Stitch stitch_by_robot(const std::vector<std::filesystem::path>& folders, const 
             if (!c_from_b) {
                 c_from_b = b_from_view.inverse();
             }
-            out.views[view_name(folder, pose.view)] = {
-                .c_from_view = *c_from_b * b_from_view, .covariance = {}, .rms = 0.0, .wrong = {}};
+            out.views[view_name(folder, pose.view)] = *c_from_b * b_from_view;
         }
     }
     return out;
@@ -84,7 +94,7 @@ std::vector<MarkerView> markers_in_c(const std::filesystem::path& folder, const 
                               .action = "give its reference markers"});
         }
         for (SeenMarker& marker : view.markers) {
-            marker.place = (found->second.c_from_view * Point<frame::C>{marker.place}).v;
+            marker.place = (found->second * Point<frame::C>{marker.place}).v;
         }
     }
     return views;

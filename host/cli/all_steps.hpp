@@ -9,7 +9,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/calibration/turntable_fit.hpp"
-#include "host/calibration/view_stitch.hpp"
 #include "host/formats/calibration_set.hpp"
 
 /// The steps of `scribecell calibrate all` that are no commands of their own.
@@ -19,6 +18,10 @@ namespace sc::host::cli {
 /// Runs scribecell-survey; throws CellError when it fails.
 void survey(const std::vector<std::string>& words);
 
+struct Stitch {
+    std::map<std::string, Rigid<frame::C, frame::C>> views;  ///< c_from_view
+    double rms = 0.0;                                        ///< metres, each coordinate of the references
+};
 /// Every view's place in c: by the reference markers of the folders (references.csv in each), the first folder's first
 /// view being c. Views are named "folder/view".
 [[nodiscard]] Stitch stitch_folders(const std::vector<std::filesystem::path>& folders);

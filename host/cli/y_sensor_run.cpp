@@ -150,8 +150,7 @@ SensorRayFit scan_simulated_roof(const YSensorOptions& options, const Calibratio
             "--seed", std::to_string(options.seed), "--sigma-um", fmt::format("{}", options.sigma_um)});
     scan_roof(options, roof / "roughly.csv", roof / "world.toml");
     const Stitch placed = stitch_folders({cell / "plate/seen", cell / "table/ring", roof});
-    return fit_y_sensor(set, roof / "points.csv", options.out / "readings.csv",
-                        placed.views.at("roof/roof").c_from_view);
+    return fit_y_sensor(set, roof / "points.csv", options.out / "readings.csv", placed.views.at("roof/roof"));
 }
 
 SensorRay y_sensor_record(const SensorRayFit& fit, const std::string& time) {

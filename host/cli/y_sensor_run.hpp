@@ -7,7 +7,6 @@
 #include <string>
 
 #include "host/calibration/sensor_ray_fit.hpp"
-#include "host/calibration/view_stitch.hpp"
 
 /// Where the Y sensor looks: a scan over planes that the 3-D sensor has measured.
 

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <toml++/toml.h>
 
 #include "program.hpp"
 
@@ -89,6 +90,12 @@ TEST(CalibrateAll, IsWorthWhatItSaysAndEachPartEarnsIt) {
     ASSERT_EQ(whole.at("faces").size(), 5U);
     EXPECT_EQ(whole.at("faces").back().at("markers"), 36);
     EXPECT_LT(all_95(whole), 40.0);
+    // Beside the focus with the galvo at zero, whose mirrors are off by 35 and -22 um; its beam leans over 125 mm.
+    const std::string set = read_file(folder / "a/calibration.toml");
+    const toml::table table = toml::parse(set);
+    const auto origin = table["y_sensor"]["origin_mm"];
+    EXPECT_NEAR(origin[0].value_or(0.0), 30.150 + 125.21 * 0.7e-3 - 0.035, 0.015);
+    EXPECT_NEAR(origin[2].value_or(0.0), -0.180 - 125.21 * 0.5e-3 + 0.022, 0.015);
     // A second call has nothing left to do but the experiment.
     Program again("scribecell", with({"--out", (folder / "a").string(), "--json"}));
     EXPECT_EQ(again.wait(), 0);

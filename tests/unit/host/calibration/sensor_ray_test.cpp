@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "host/calibration/sensor_ray_fit.hpp"
-#include "host/calibration/view_stitch.hpp"
 #include "host/formats/error.hpp"
 
 namespace sc::host {
@@ -111,51 +110,6 @@ TEST(KnownPlane, IsThatOfItsPoints) {
     EXPECT_NEAR(dot(plane.normal, {0.0, 1.0, 0.0}), plane.distance, 1e-12);
     EXPECT_THROW(static_cast<void>(fit_known_plane(1, {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}}, 1e-6, {0, 1, 0})),
                  std::domain_error);
-}
-
-/// Views of markers on a ring, turned and shifted, each seeing a part.
-std::vector<MarkerView> ring_views(double sigma) {
-    std::mt19937_64 random(4);
-    std::normal_distribution<double> normal;
-    std::vector<MarkerView> out;
-    for (int v = 0; v < 8; ++v) {
-        MarkerView view;
-        view.view = "v" + std::to_string(v);
-        const double a = 0.3 * v;
-        for (int k = 0; k < 10; ++k) {
-            const int id = (3 * v + k) % 24;
-            const double angle = 0.2618 * id;
-            const Vec3 p{0.28 * std::cos(angle), 0.28 * std::sin(angle), 0.03 * std::sin(7.0 * angle)};
-            const Vec3 turned{std::cos(a) * p.x - std::sin(a) * p.y, std::sin(a) * p.x + std::cos(a) * p.y,
-                              p.z + 0.1 * v};
-            view.markers.push_back({0,
-                                    id + 1,
-                                    turned + sigma * Vec3{normal(random), normal(random), normal(random)},
-                                    {7.5e-6, 7.5e-6, 7.5e-6}});
-        }
-        out.push_back(view);
-    }
-    return out;
-}
-
-TEST(ViewStitch, BringsViewsTogetherAndNamesTheLonelyOne) {
-    const Stitch stitch = stitch_views("references.csv", ring_views(7.5e-6));
-    EXPECT_EQ(stitch.references.size(), 24U);
-    for (int id = 0; id < 24; ++id) {
-        const double angle = 0.2618 * id;
-        EXPECT_NEAR(stitch.references.at(id + 1).x, 0.28 * std::cos(angle), 70e-6);
-        EXPECT_NEAR(stitch.references.at(id + 1).y, 0.28 * std::sin(angle), 70e-6);
-    }
-    auto views = ring_views(7.5e-6);
-    for (SeenMarker& marker : views[5].markers) {
-        marker.id += 100;
-    }
-    try {
-        static_cast<void>(stitch_views("references.csv", views));
-        FAIL();
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("v5"), std::string::npos);
-    }
 }
 
 }  // namespace
