@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
 
 #include <Eigen/Dense>
@@ -51,12 +52,12 @@ public:
         x(3) = to_eigen(options_.along)(across_[1]);
         for (;;) {
             for (int round = 0; round < kRounds; ++round) {
-                Vector gradient;
-                const Square n = normal(x, &gradient);
+                const System s = system(x);
+                const Square& n = s.normal;
                 check(n);
                 const Vector scale = n.diagonal().cwiseSqrt().cwiseInverse();
                 const Square scaled = scale.asDiagonal() * n * scale.asDiagonal();
-                const Vector step = scale.asDiagonal() * scaled.ldlt().solve(Vector(scale.asDiagonal() * gradient));
+                const Vector step = scale.asDiagonal() * scaled.ldlt().solve(Vector(scale.asDiagonal() * s.gradient));
                 x += step;
                 if (step.norm() < 1e-12) {
                     break;
@@ -94,6 +95,8 @@ private:
     struct Row {
         double left = 0.0;  ///< along the beam, over its sigma
         double left_metres = 0.0;
+        double sigma = 0.0;
+        double common = 0.0;  ///< metres, of the group
         Vector slope;
     };
     [[nodiscard]] Row row(const Vector& x, std::size_t i) const {
@@ -105,25 +108,51 @@ private:
         const double range = r.reading - x(4);
         const double off =
             plane.distance - n.dot(to_eigen(r.carrier) + origin(x) + range * d);  // metres along the normal
-        const double sigma = std::hypot(r.sigma, plane.sigma / steep);
         Row out;
         out.left_metres = off / steep;
-        out.left = out.left_metres / sigma;
+        out.left = out.left_metres / r.sigma;
+        out.sigma = r.sigma;
+        out.common = std::hypot(r.common, plane.sigma / steep);
         Vector by;
         by << n(across_[0]), n(across_[1]), range * (n(across_[0]) - n(main_) * x(2) / d(main_)),
             range * (n(across_[1]) - n(main_) * x(3) / d(main_)), -steep;
-        out.slope = by / (steep * sigma);
+        out.slope = by / (steep * r.sigma);
         return out;
     }
-    [[nodiscard]] Square normal(const Vector& x, Vector* gradient) const {
-        Square out = Square::Zero();
-        gradient->setZero();
+    struct System {
+        Square normal = Square::Zero();
+        Vector gradient = Vector::Zero();
+        double chi_squared = 0.0;
+    };
+    /// The covariance of a group is diag(sigma^2) + common^2 of all ones; its inverse by Sherman and Morrison.
+    [[nodiscard]] System system(const Vector& x) const {
+        struct Group {
+            Vector slope = Vector::Zero();
+            double left = 0.0;
+            double weight = 0.0;
+            double common = 0.0;
+        };
+        System out;
+        std::map<int, Group> groups;
         for (std::size_t i = 0; i < readings_.size(); ++i) {
             if (used_[i]) {
                 const Row r = row(x, i);
-                out += r.slope * r.slope.transpose();
-                *gradient += r.slope * r.left;
+                out.normal += r.slope * r.slope.transpose();
+                out.gradient += r.slope * r.left;
+                out.chi_squared += r.left * r.left;
+                Group& group = groups[readings_[i].group < 0 ? readings_[i].plane : readings_[i].group];
+                group.slope += r.slope / r.sigma;
+                group.left += r.left / r.sigma;
+                group.weight += 1.0 / (r.sigma * r.sigma);
+                group.common = std::max(group.common, r.common);
             }
+        }
+        for (const auto& [id, group] : groups) {
+            const double variance = group.common * group.common;
+            const double part = variance / (1.0 + variance * group.weight);
+            out.normal -= part * group.slope * group.slope.transpose();
+            out.gradient -= part * group.left * group.slope;
+            out.chi_squared -= part * group.left * group.left;
         }
         return out;
     }
@@ -152,11 +181,13 @@ private:
                    "scan planes that lean in x and in z, each at several distances");
         }
     }
+    /// In standard deviations, of a group too.
+    [[nodiscard]] static double off_of(const Row& r) { return std::abs(r.left_metres) / std::hypot(r.sigma, r.common); }
     [[nodiscard]] double ratio(const Vector& x) const {
         std::vector<double> left;
         for (std::size_t i = 0; i < readings_.size(); ++i) {
             if (used_[i]) {
-                left.push_back(std::abs(row(x, i).left));
+                left.push_back(off_of(row(x, i)));
             }
         }
         const auto middle = left.begin() + static_cast<std::ptrdiff_t>(left.size() / 2);
@@ -168,7 +199,7 @@ private:
         std::size_t worst = readings_.size();
         double most = limit;
         for (std::size_t i = 0; i < readings_.size(); ++i) {
-            const double left = used_[i] ? std::abs(row(x, i).left) : 0.0;
+            const double left = used_[i] ? off_of(row(x, i)) : 0.0;
             if (left > most) {
                 most = left;
                 worst = i;
@@ -182,7 +213,6 @@ private:
         out.direction = to_vec(direction(x));
         out.zero = x(4);
         double squares = 0.0;
-        double chi = 0.0;
         for (std::size_t i = 0; i < readings_.size(); ++i) {
             const Row r = row(x, i);
             if (!used_[i]) {
@@ -191,13 +221,12 @@ private:
             }
             ++out.readings;
             squares += r.left_metres * r.left_metres;
-            chi += r.left * r.left;
         }
         const double freedom = std::max(1.0, static_cast<double>(out.readings) - 5.0);
         out.rms = std::sqrt(squares / static_cast<double>(out.readings));
         out.sigma = std::sqrt(squares / freedom);
-        Vector unused;
-        const Square covariance = std::max(1.0, chi / freedom) * normal(x, &unused).inverse();
+        const System s = system(x);
+        const Square covariance = std::max(1.0, s.chi_squared / freedom) * s.normal.inverse();
         for (std::size_t i = 0; i < 5; ++i) {
             for (std::size_t j = 0; j < 5; ++j) {
                 out.covariance.at[i][j] =

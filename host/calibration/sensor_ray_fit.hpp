@@ -26,6 +26,8 @@ struct RangeReading {
     double reading = 0.0;  ///< metres
     double sigma = 0.0;    ///< of one, > 0
     int line = 0;          ///< of the file
+    int group = -1;        ///< readings that err in common; below 0: those of the plane
+    double common = 0.0;   ///< metres, 1 sigma: by how much, beside the plane's own sigma
 };
 struct SensorRayOptions {
     Vec3 along{0.0, -1.0,

@@ -21,6 +21,7 @@
 #include "host/cli/plate_run.hpp"
 #include "host/cli/pointing_run.hpp"
 #include "host/cli/scribe_run.hpp"
+#include "host/cli/triple_head_run.hpp"
 #include "host/cli/y_sensor_run.hpp"
 #include "host/formats/error.hpp"
 #include "host/formats/file.hpp"
@@ -49,6 +50,7 @@ public:
         step("table", [this](const auto& folder) { return table(folder); });
         step("lag", [this](const auto& folder) { return lag(folder); });
         step("y-sensor", [this](const auto& folder) { return y_sensor(folder); });
+        step("triple-head", [this](const auto& folder) { return triple_head(folder); });
         AllOutcome out;
         out.file = options_.out / "calibration.toml";
         static_cast<void>(write_calibration(out.file, set_));
@@ -71,17 +73,10 @@ private:
                 throw InputError({.file = {},
                                   .problem = "no such step to leave out",
                                   .value = word,
-                                  .action = "choose axes, references, plate, axis, lag or y-sensor"});
+                                  .action = "choose axes, references, plate, axis, lag, y-sensor or triple-head"});
             }
         }
-        std::error_code failed;
-        std::filesystem::create_directories(options_.out, failed);
-        if (failed) {
-            throw InputError({.file = options_.out.string(),
-                              .problem = "cannot be made",
-                              .value = failed.message(),
-                              .action = "name a folder that can be written"});
-        }
+        make_folder(options_.out);
         const Json asked{{"seed", options_.seed},
                          {"sigma_um", options_.sigma_um},
                          {"pointing_um", options_.pointing_um},
@@ -322,6 +317,28 @@ private:
             {"readings", fit.readings}};
     }
 
+    Json triple_head(const std::filesystem::path& folder) {
+        if (left_out("triple-head") || left_out("plate") || left_out("references")) {
+            return {{"text", "left out: no triple_head in the set"}};
+        }
+        TripleHeadOptions asked;
+        asked.out = folder;
+        asked.seed = options_.seed;
+        asked.sigma_um = options_.sigma_um;
+        const TripleHeadFit fit = scan_simulated_sides(asked, set_, options_.out);
+        put_triple_head(set_, fit, now_text());
+        double rms = 0.0;
+        double sigma = 0.0;
+        for (const SensorRayFit& ray : fit.rays) {
+            rms = std::max(rms, ray.rms);
+            sigma = std::max({sigma, std::sqrt(ray.covariance.at[0][0]), std::sqrt(ray.covariance.at[1][1])});
+        }
+        return {{"text", fmt::format("triple head: beams known across to {:.0f} um; {} readings each, {:.0f} um rms",
+                                     sigma * 1e6, fit.rays[0].readings, rms * 1e6)},
+                {"rms_um", rms * 1e6},
+                {"across_sigma_um", sigma * 1e6}};
+    }
+
     std::vector<FaceFigures> verify(const std::filesystem::path& calibration) {
         const std::filesystem::path folder = folder_of("verify");
         std::filesystem::create_directories(folder);
@@ -397,7 +414,8 @@ private:
 }  // namespace
 
 const std::vector<std::string>& leavable() {
-    static const std::vector<std::string> names{"axes", "references", "plate", "axis", "lag", "y-sensor"};
+    static const std::vector<std::string> names{"axes", "references", "plate",      "axis",
+                                                "lag",  "y-sensor",   "triple-head"};
     return names;
 }
 

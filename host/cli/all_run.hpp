@@ -30,7 +30,7 @@ struct AllOptions {
     std::function<void(const std::string&)> say = [](const std::string&) {};
 };
 /// What --without takes: "axes" (they are taken as true), "references" (views by robot and hand-eye alone), "plate"
-/// (h_from_c from pointed markers), "axis" (as the drawing has it), "lag", "y-sensor".
+/// (h_from_c from pointed markers), "axis" (as the drawing has it), "lag", "y-sensor", "triple-head".
 [[nodiscard]] const std::vector<std::string>& leavable();
 
 /// Beam against true place over the markers of a face; micrometres.

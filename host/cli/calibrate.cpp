@@ -21,6 +21,8 @@ constexpr const char* kExamples = R"(Examples:
       markers of the stepped mobile target in h, pointed at with the guide spot
   scribecell calibrate y-sensor --out y1
       where the Y sensor looks, from a scan over planes that the 3-D sensor has measured
+  scribecell calibrate triple-head --cell cell1 --out t1
+      where the three beams of the triple head lie in h, from faces turned before it
   scribecell calibrate galvo-lag --out lag1
       how the mirrors follow: latency, natural frequency and damping, from lines burnt in the simulated cell
   scribecell calibrate stereo --left left*.png --right right*.png --board 9x6 --square 25
@@ -54,6 +56,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
     add_calibrate_focus(*calibrate, exit_code);
     add_calibrate_pointing(*calibrate, exit_code);
     add_calibrate_y_sensor(*calibrate, exit_code);
+    add_calibrate_triple_head(*calibrate, exit_code);
     add_calibrate_galvo_lag(*calibrate, exit_code);
     add_calibrate_cameras(*calibrate, exit_code);
     add_calibrate_hand_eye(*calibrate, exit_code);

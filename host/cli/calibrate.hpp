@@ -19,6 +19,7 @@ void add_calibrate_galvo_field(CLI::App& calibrate, int& exit_code);
 void add_calibrate_plate(CLI::App& calibrate, int& exit_code);
 void add_calibrate_pointing(CLI::App& calibrate, int& exit_code);
 void add_calibrate_focus(CLI::App& calibrate, int& exit_code);
+void add_calibrate_triple_head(CLI::App& calibrate, int& exit_code);
 void add_calibrate_y_sensor(CLI::App& calibrate, int& exit_code);
 void add_calibrate_galvo_lag(CLI::App& calibrate, int& exit_code);
 

@@ -27,7 +27,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell calibrate all --out cell3 --without plate --pointing-um 55
       h_from_c from markers at which a person pointed
 
---without: axes, references, plate, axis, lag, y-sensor; may be given several times. A call with the same options goes on where the
+--without: axes, references, plate, axis, lag, y-sensor, triple-head; may be given several times. A call with the same options goes on where the
 last one stopped. Each step keeps its data and report.json in a folder of its own.
 Exit codes: 0 done; 1 the cell failed; 2 bad input, or data that cannot support a step; 130 Ctrl-C.)";
 

@@ -4,9 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <map>
 #include <random>
-#include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,6 +16,7 @@
 #include "host/cli/all_steps.hpp"
 #include "host/cli/calibrate_run.hpp"
 #include "host/cli/jog_moves.hpp"
+#include "host/cli/known_faces.hpp"
 #include "host/cli/pointing_run.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/error.hpp"
@@ -46,28 +45,13 @@ std::vector<Place> read_places(const std::filesystem::path& file) {
     return out;
 }
 
+/// All faces as they stand.
 std::vector<KnownPlane> planes_of(const CalibrationSet& set, const std::filesystem::path& file,
                                   const Rigid<frame::C, frame::C>& c_from_points) {
-    const Rigid<frame::H, frame::C> to_h = h_from_c(set) * c_from_points;
-    const CsvTable csv = CsvTable::read(file);
-    std::map<int, std::vector<Vec3>> points;
-    double sigma = 7.5e-6;
-    for (std::size_t i = 0; i < csv.size(); ++i) {
-        const auto mm = [&](const char* name) { return csv.number(i, csv.column(name)) * 1e-3; };
-        points[csv.integer(i, csv.column("facet"))].push_back(
-            (to_h * Point<frame::C>{{mm("x_mm"), mm("y_mm"), mm("z_mm")}}).v);
-        sigma = csv.has("sigma_um") ? csv.number(i, csv.column("sigma_um")) * 1e-6 : sigma;
-    }
+    const KnownFaces faces(set, file, [&c_from_points](const std::string&) { return c_from_points; });
     std::vector<KnownPlane> out;
-    for (const auto& [facet, list] : points) {
-        try {
-            out.push_back(fit_known_plane(facet, list, sigma, {0.0, 1.0, 0.0}));
-        } catch (const std::domain_error& error) {
-            throw InputError({.file = file.string(),
-                              .problem = "a facet is no plane",
-                              .value = std::to_string(facet),
-                              .action = error.what()});
-        }
+    for (const int facet : faces.facets()) {
+        out.push_back(faces.plane(facet, 0.0, {0.0, 1.0, 0.0}));
     }
     return out;
 }
@@ -166,14 +150,7 @@ SensorRay y_sensor_record(const SensorRayFit& fit, const std::string& time) {
 }
 
 YSensorOutcome run_y_sensor(const YSensorOptions& options) {
-    std::error_code failed;
-    std::filesystem::create_directories(options.out, failed);
-    if (failed) {
-        throw InputError({.file = options.out.string(),
-                          .problem = "cannot be made",
-                          .value = failed.message(),
-                          .action = "name a folder that can be written"});
-    }
+    make_folder(options.out);
     const bool simulated = is_simulated(options.link);
     if (!options.points && !(simulated && options.cell && !options.readings)) {
         throw InputError({.file = {},

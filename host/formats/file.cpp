@@ -113,6 +113,17 @@ void write_text_file(const fs::path& path, std::string_view text) {
     }
 }
 
+void make_folder(const fs::path& path) {
+    std::error_code failed;
+    fs::create_directories(path, failed);
+    if (failed) {
+        throw InputError({.file = path.string(),
+                          .problem = "cannot be made",
+                          .value = failed.message(),
+                          .action = "name a folder that can be written"});
+    }
+}
+
 fs::path beside(const fs::path& file, const fs::path& path) {
     return path.is_absolute() ? path : (file.parent_path() / path).lexically_normal();
 }

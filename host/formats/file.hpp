@@ -18,6 +18,9 @@ inline constexpr std::size_t kTextFileLimit = 64U << 20U;
 /// is missing or cannot be written; the old file, if any, is then untouched.
 void write_text_file(const std::filesystem::path& path, std::string_view text);
 
+/// A folder, with those above it; one that is there is fine. Throws InputError.
+void make_folder(const std::filesystem::path& path);
+
 /// `path` as it stands in `file`: relative paths are relative to the folder of `file`.
 [[nodiscard]] std::filesystem::path beside(const std::filesystem::path& file, const std::filesystem::path& path);
 

@@ -8,6 +8,7 @@
 
 #include "boards/sim/survey/cell_truth.hpp"
 #include "boards/sim/survey/crosses.hpp"
+#include "boards/sim/survey/sides.hpp"
 #include "boards/sim/survey/targets.hpp"
 #include "boards/sim/survey/workpiece.hpp"
 
@@ -28,6 +29,8 @@ constexpr const char* kExamples = R"(Examples:
       the stepped mobile target: target.toml, what the sensor sees of it, and a world with it
   scribecell-survey roof --world steps/world.toml --out r
       five faces that lean, as the sensor sees them, and a world with them
+  scribecell-survey sides --world default/world.toml --out s
+      four sides on the table, for the head of three lasers, as the sensor sees them, and a world with them
   scribecell-survey spot --world m/world.toml --marker 4 --at-mm -200,-250,-260 --look 17
       how far the guide spot is from a marker, in um: x, y (focus beyond the surface), z
   scribecell-survey workpiece --world default/world.toml --out w
@@ -119,6 +122,9 @@ void add_all(CLI::App& app, Words& words) {
     CLI::App* roof = add(app, "roof", "A roof of five faces, for the Y sensor.", words, true);
     add_out(roof, words, "folder");
     roof->callback([&words] { sc::sim::write_roof(words.truth(), words.world, words.out); });
+    CLI::App* sides = add(app, "sides", "Four sides on the table, for the triple head.", words, true);
+    add_out(sides, words, "folder");
+    sides->callback([&words] { sc::sim::write_sides(words.truth(), words.world, words.out); });
     CLI::App* spot = add(app, "spot", "Where the guide spot lies relative to a marker.", words, true);
     spot->add_option("--marker", words.marker, "its number")->required();
     spot->add_option("--at-mm", words.at_mm, "readings of X, Y, Z")->required()->delimiter(',')->expected(3);

@@ -96,6 +96,17 @@ TEST(CalibrateAll, IsWorthWhatItSaysAndEachPartEarnsIt) {
     const auto origin = table["y_sensor"]["origin_mm"];
     EXPECT_NEAR(origin[0].value_or(0.0), 30.150 + 125.21 * 0.7e-3 - 0.035, 0.015);
     EXPECT_NEAR(origin[2].value_or(0.0), -0.180 - 125.21 * 0.5e-3 + 0.022, 0.015);
+    // Beams of the triple head: y, z, leans towards y and z (mrad), from x = 150 mm.
+    constexpr double kBeams[3][4] = {
+        {-490.08, -292.30, 1.4, -0.9}, {-540.15, -378.75, -0.8, 1.1}, {-439.90, -378.98, 0.6, 0.5}};
+    for (std::size_t k = 0; k < 3; ++k) {
+        const auto ray = table["triple_head"][k];
+        const double way = 150.0 - ray["origin_mm"][0].value_or(0.0);
+        EXPECT_NEAR(ray["origin_mm"][1].value_or(0.0), kBeams[k][0] + 1e-3 * way * kBeams[k][2], 0.15) << k;
+        EXPECT_NEAR(ray["origin_mm"][2].value_or(0.0), kBeams[k][1] + 1e-3 * way * kBeams[k][3], 0.2) << k;
+        EXPECT_NEAR(ray["direction"][1].value_or(1.0), 1e-3 * kBeams[k][2], 5e-3) << k;
+        EXPECT_NEAR(ray["direction"][2].value_or(1.0), 1e-3 * kBeams[k][3], 7e-3) << k;
+    }
     // A second call has nothing left to do but the experiment.
     Program again("scribecell", with({"--out", (folder / "a").string(), "--json"}));
     EXPECT_EQ(again.wait(), 0);
@@ -104,8 +115,8 @@ TEST(CalibrateAll, IsWorthWhatItSaysAndEachPartEarnsIt) {
     // Other options are another cell.
     run_json(with({"--out", (folder / "a").string(), "--seed", "2"}), 2);
     for (const char* part : {"references", "axis"}) {
-        const json less = run_json(
-            with({"--out", (folder / part).string(), "--without", part, "--without", "lag", "--without", "y-sensor"}));
+        const json less = run_json(with({"--out", (folder / part).string(), "--without", part, "--without", "lag",
+                                         "--without", "y-sensor", "--without", "triple-head"}));
         EXPECT_GT(all_95(less), 1.5 * all_95(whole)) << part;
     }
 }
