@@ -243,7 +243,8 @@ void Controller::lines(ServoOutputs& out) noexcept {
     shutter_open_ = safety::shutter_state(state());
     out.digital.master_oscillator = mo_.on();
     out.digital.shutter_open = shutter_open_;
-    out.digital.guide_laser = safety::guide_state(state()) && runner_.on_line();
+    out.digital.guide_laser =
+        (safety::guide_state(state()) && runner_.on_line()) || (pointing_ && safety::pointing_state(state()));
     out.digital.light_red = state() == State::fault;
     out.digital.light_yellow = safety::mo_state(state());
     out.digital.light_green = state() == State::idle || state() == State::armed;

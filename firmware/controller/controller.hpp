@@ -110,6 +110,9 @@ private:
     void sense(const ServoInputs& in, ServoOutputs& out) noexcept;
     [[nodiscard]] Verdict set_surface(const link::SetSurface& message) noexcept;
     [[nodiscard]] Verdict check_seating(const link::CheckSeating& message, std::int64_t tick) noexcept;
+    [[nodiscard]] Verdict guide(const link::Command& command, const ServoInputs& in) noexcept;
+    /// Whether key and enclosure let the guide laser be on.
+    [[nodiscard]] static Refusal guide_allowed(const DigitalInputs& in) noexcept;
     [[nodiscard]] Verdict fire_in_turn(const link::Command& command) noexcept;
     void report_sensors(std::int64_t tick) noexcept;
     void watch_surface(std::int64_t tick) noexcept;
@@ -196,6 +199,7 @@ private:
     std::int64_t stale_ticks_ = 0;
     safety::Finding suspicion_;  ///< of the following watch, until it is known what it is
     std::int64_t suspicion_tick_ = 0;
+    bool pointing_ = false;  ///< the guide laser is on for a person
     State reported_state_ = State::boot;
     std::int64_t report_tick_ = -1'000'000;
     BlackBox black_box_;

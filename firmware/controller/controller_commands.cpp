@@ -153,6 +153,7 @@ Controller::Verdict Controller::decide(const link::Command& command, const Servo
             return verdict;
         }
         case link::Verb::set_override: return set_override(command);
+        case link::Verb::guide: return guide(command, in);
         case link::Verb::lasers_in_turn: return fire_in_turn(command);
         case link::Verb::set_pulse_width: break;  // answered when the source has answered
     }
@@ -195,16 +196,34 @@ Controller::Verdict Controller::preview(const ServoInputs& in) noexcept {
     if (!homed()) {
         return {Refusal::not_homed, 0};
     }
-    if (key_mode(in.digital) == KeyMode::off) {
-        return {Refusal::key_off, 0};
-    }
-    if (!in.digital.interlock_closed && key_mode(in.digital) != KeyMode::setup) {
-        return {Refusal::interlock_open, 0};
+    if (const Refusal refusal = guide_allowed(in.digital); refusal != Refusal::none) {
+        return {refusal, 0};
     }
     if (machine_.galvo.convention == GalvoConvention::unset) {
         return {Refusal::galvo_convention_unset, 0};
     }
     return start(Event::preview, true);
+}
+
+Refusal Controller::guide_allowed(const DigitalInputs& in) noexcept {
+    const KeyMode key = key_mode(in);
+    if (key == KeyMode::off) {
+        return Refusal::key_off;
+    }
+    return in.interlock_closed || key == KeyMode::setup ? Refusal::none : Refusal::interlock_open;
+}
+
+Controller::Verdict Controller::guide(const link::Command& command, const ServoInputs& in) noexcept {
+    pointing_ = false;
+    if (command.arg0 != 1) {
+        return {};
+    }
+    if (!safety::pointing_state(state())) {
+        return {Refusal::wrong_state, static_cast<std::int64_t>(state())};
+    }
+    const Refusal refusal = guide_allowed(in.digital);
+    pointing_ = refusal == Refusal::none;
+    return {refusal, 0};
 }
 
 Controller::Verdict Controller::ask_width(const link::Command& command) noexcept {

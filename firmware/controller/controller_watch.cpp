@@ -65,6 +65,9 @@ void Controller::watch_beam(const ServoInputs& in) noexcept {
     if (safety::mo_state(state()) && (key != KeyMode::production || seen(GuardCause::key))) {
         trip(Fault::key_turned, safety::kNoAxis, in.tick);
     }
+    if (!safety::pointing_state(state()) || guide_allowed(in.digital) != Refusal::none) {
+        pointing_ = false;
+    }
     if (state() == State::previewing) {
         if (key == KeyMode::off) {
             (void)abort();
@@ -149,6 +152,7 @@ void Controller::watch_link(const ServoInputs& in) noexcept {
         silent_since_ = in.tick;
         return;
     }
+    pointing_ = false;
     switch (state()) {
         case State::running:
         case State::marking:

@@ -113,7 +113,8 @@ constexpr bool no_preview_passes_the_laser_rule() noexcept {
     }
     for (std::size_t i = 0; i < kStateCount; ++i) {
         best.state = state_at(i);
-        if ((preview_state(best.state) || guide_state(best.state)) && gate_permitted(best)) {
+        if ((preview_state(best.state) || guide_state(best.state) || pointing_state(best.state)) &&
+            gate_permitted(best)) {
             return false;
         }
     }
@@ -130,6 +131,9 @@ static_assert(states_where(mo_state) == exactly(State::arming, State::armed, Sta
                                                 State::stopping, State::held, State::held_link));
 static_assert((states_where(gate_state) & ~states_where(mo_state)) == 0, "no gate without master oscillator");
 static_assert(states_where(guide_state) == exactly(State::previewing));
+static_assert(states_where(pointing_state) == exactly(State::idle, State::jogging));
+static_assert((states_where(pointing_state) & (states_where(mo_state) | states_where(shutter_state))) == 0,
+              "who points has neither master oscillator nor an open shutter");
 static_assert((states_where(preview_state) & (states_where(gate_state) | states_where(mo_state))) == 0,
               "a preview has neither gate nor master oscillator");
 static_assert((states_where(preview_state) & states_where(shutter_state)) == 0, "a preview leaves the shutter shut");

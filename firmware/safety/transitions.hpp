@@ -152,8 +152,13 @@ struct NextState {
 /// States in which the beam's shutter is open: those of the master oscillator.
 [[nodiscard]] constexpr bool shutter_state(State state) noexcept { return mo_state(state); }
 
-/// The only state in which the guide laser may be on.
+/// The state in which the guide laser traces a job.
 [[nodiscard]] constexpr bool guide_state(State state) noexcept { return state == State::previewing; }
+
+/// States in which a person may have the guide laser on, to point by.
+[[nodiscard]] constexpr bool pointing_state(State state) noexcept {
+    return state == State::idle || state == State::jogging;
+}
 
 /// States that belong to a preview.
 [[nodiscard]] constexpr bool preview_state(State state) noexcept {

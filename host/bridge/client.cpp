@@ -56,6 +56,7 @@ std::string name_of(link::Verb verb) {
         case link::Verb::set_override: return "set_override";
         case link::Verb::preview: return "preview";
         case link::Verb::set_pulse_width: return "set_pulse_width";
+        case link::Verb::guide: return "guide";
         case link::Verb::lasers_in_turn: return "lasers_in_turn";
     }
     return "command " + std::to_string(static_cast<int>(verb));

@@ -30,8 +30,8 @@ constexpr const char* kExamples = R"(Examples:
 
 Keys: a d x, w s z, e q y; 1 2 3 4 steps of 1, 0.1, 0.01, 0.002 mm; t take, n skip, x end. The first marker is brought into
 focus several times; from then on y stays, and depths are y1 + a1 - a2 by the distance sensor, with the certified heights of
-the target's steps. Without a sensor each marker is brought into focus. Switch the guide light on at the laser source: the
-link has no message for it outside a preview.
+the target's steps. Without a sensor each marker is brought into focus. The guide laser is on where key and enclosure
+allow it.
 
 Exit codes: 0 done; 1 the cell failed; 2 bad input, or too few markers; 130 Ctrl-C.)";
 

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <vector>
 
+#include "host/bridge/errors.hpp"
 #include "shared/path/item.hpp"
 
 namespace sc::host::cli {
@@ -21,6 +23,14 @@ constexpr Nanoseconds kSettle = std::chrono::milliseconds(60);
 constexpr Nanoseconds kSensorLimit = std::chrono::seconds(3);
 
 }  // namespace
+
+void guide_light(CellClient& client) {
+    try {
+        client.command(link::Verb::guide, 1);
+    } catch (const CellRefused& refused) {
+        std::fprintf(stderr, "no guide light: %s\n", refused.what());
+    }
+}
 
 void JogMoves::step(std::size_t axis, double distance) {
     const bool turn = axis == 3;

@@ -11,6 +11,9 @@
 
 namespace sc::host::cli {
 
+/// Asks for the guide laser, to point by. Where the cell does not give it, says why on stderr: one can go on without.
+void guide_light(CellClient& client);
+
 class JogMoves {
 public:
     /// The cell must be idle, powered and homed (Session::enable_and_home) when moves begin.

@@ -306,6 +306,7 @@ private:
         try {
             session.clear();
             session.enable_and_home();
+            guide_light(client);
             JogMoves moves(client);
             const bool whole = all_markers(markers, moves, *person);
             session.make_safe();

@@ -36,8 +36,7 @@ constexpr const char* kExamples = R"(Examples:
       what the table says
 
 Run again with the same --out, it goes on with the markers that are missing. Every marker is written at once, all or
-nothing; Ctrl-C brings the cell to rest. The laser stays off. The cell gives no guide light while it is jogged: point by the
-head's own pilot light or camera, or preview the job first (`scribecell scribe --preview`).
+nothing; Ctrl-C brings the cell to rest. The laser stays off; the guide laser is on where key and enclosure allow it.
 
 Recorded is where the axes stand, with the squareness and scale of the calibration taken in; without its axis map.
 
@@ -351,6 +350,7 @@ int run(const Words& words) {
             throw InputError({.problem = "the axes are not homed", .action = "add --home to home all of them first"});
         }
         session.enable_and_home();
+        guide_light(client);
         all = Recorder(client, machine, model, *input, record, 1e-3 * words.step_mm).run(points);
     } catch (const std::exception&) {
         session.make_safe();

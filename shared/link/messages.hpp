@@ -46,7 +46,9 @@ enum class Verb : std::uint8_t {
     set_override = 13,  ///< arg0: feed of paths in percent of the programmed one, kMinOverride..kMaxOverride; any state
     preview = 14,       ///< trace the opened job as its items arrive with the guide laser; from idle, back to idle
     set_pulse_width = 15,  ///< arg0: ns, of the source; answered when the source has answered
-    lasers_in_turn = 20,   ///< arg0: 1 the lasers of the triple head one at a time, 0 all on
+    guide =
+        16,  ///< arg0: 1 the guide laser on, from idle; it stays on through jogs and goes with any other state; 0 off
+    lasers_in_turn = 20,  ///< arg0: 1 the lasers of the triple head one at a time, 0 all on
 };
 
 // --- host to controller -------------------------------------------------------------------------------------------

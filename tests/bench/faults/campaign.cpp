@@ -286,6 +286,10 @@ void Campaign::visit() {
     at("none");
     want(rig.until_state(State::idle, 120'000), "home");
     at("none");
+    // Somebody points by the guide laser.
+    cell_->guide_asked();
+    want(rig.command(link::Verb::guide, 1).refusal == 0, "guide");
+    rig.ticks(3);
     want(rig.command(link::Verb::jog, 0, -1'000'000, 50'000).refusal == 0 && rig.until_state(State::jogging, 5), "jog");
     rig.ticks(60);
     at("none");

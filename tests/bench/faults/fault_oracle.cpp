@@ -210,6 +210,7 @@ private:
                     }
                     break;
                 case Line::gate:
+                case Line::guide_asked:
                 case Line::shutter_coil: break;
             }
         }
@@ -260,11 +261,14 @@ private:
         int others = 0;
         std::size_t next = 0;
         bool on = false;
+        bool asked = false;
         for (const StateSample& sample : trace_.states) {
             for (; next < trace_.lines.size() && trace_.lines[next].t_ns <= sample.t_ns; ++next) {
                 on = trace_.lines[next].line == Line::guide ? trace_.lines[next].level : on;
+                asked = asked || trace_.lines[next].line == Line::guide_asked;
             }
-            others = sample.state == "previewing" ? 0 : others + 1;
+            asked = asked && (sample.state == "idle" || sample.state == "jogging");
+            others = sample.state == "previewing" || asked ? 0 : others + 1;
             if (on && others > 3) {
                 violate("guide laser on in " + std::string(sample.state), sample.t_ns);
                 return;

@@ -27,6 +27,8 @@ public:
     FaultyCell();
 
     test::CellRig& rig() { return *rig_; }
+    /// For the oracle: the host is about to ask for the guide laser.
+    void guide_asked() { trace_.lines.push_back({now_ns(), Line::guide_asked, true}); }
     BoardTrouble& board() { return board_->trouble; }
     [[nodiscard]] std::int64_t now_ns() const { return rig_->cell().now_ns(); }
     [[nodiscard]] std::string_view state() const { return name_of(rig_->state()); }

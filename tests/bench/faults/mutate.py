@@ -128,7 +128,12 @@ MUTANTS = [
      [(CONTROLLER, "            if (mo_.ready()) {", "            if (mo_.ready() || (@)) {"),
       (CONTROLLER, "context.mo_ready = mo_.ready();", "context.mo_ready = (@) || mo_.ready();")]),
     ("tick: guide laser in previews alone",
-     [(CONTROLLER, "safety::guide_state(state()) && runner_.on_line();", "(safety::guide_state(state()) || (@)) && runner_.on_line();")]),
+     [(CONTROLLER, "(safety::guide_state(state()) && runner_.on_line())", "((safety::guide_state(state()) || (@)) && runner_.on_line())")]),
+    ("tick: guide laser to point by only when asked",
+     [(CONTROLLER, "(pointing_ && ", "((pointing_ || (@)) && ")]),
+    ("tick: guide laser to point by goes with its states",
+     [(CONTROLLER, "safety::pointing_state(state()));", "(safety::pointing_state(state()) || (@)));"),
+      (WATCH, "if (!safety::pointing_state(state()) || guide_allowed", "if ((!safety::pointing_state(state()) && !(@)) || guide_allowed")]),
     ("a fault stays until it is reset",
      [(SUPERVISOR, "    const NextState next = next_state(state_, event);\n    state_ = next.state;",
        "    if ((@) && state_ == State::fault) {\n        state_ = State::disabled;\n    }\n"

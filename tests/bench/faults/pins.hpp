@@ -13,7 +13,8 @@
 
 namespace sc::faults {
 
-enum class Line : std::uint8_t { gate, trigger, master_oscillator, guide, shutter_coil, beam_way };
+/// `guide_asked` is no pin: when the host has asked for the guide laser, to point by.
+enum class Line : std::uint8_t { gate, trigger, master_oscillator, guide, shutter_coil, beam_way, guide_asked };
 
 /// A level from this time on; a trigger is an edge.
 struct LineEvent {

@@ -55,6 +55,7 @@ Refusal CellEnd::decide(link::Verb verb) {
         case link::Verb::stop:
         case link::Verb::set_override:
         case link::Verb::preview:
+        case link::Verb::guide:
         case link::Verb::lasers_in_turn:
         case link::Verb::set_pulse_width: return Refusal::wrong_state;
     }

@@ -219,5 +219,51 @@ TEST_F(Preview, AKeyAtSetupMarksNothingWhateverTheHostAsksFor) {
     expect_dark();
 }
 
+TEST_F(Preview, TheGuideLaserCanBeHadToPointByAndGoesWithAnythingElse) {
+    make_idle();
+    CellRig& rig = *rig_;
+    const auto shines = [&rig] { return rig.cell().latest().digital.guide_laser; };
+    rig.ticks(5);
+    EXPECT_FALSE(shines()) << "nobody has asked";
+    ASSERT_EQ(refusal(rig.command(link::Verb::guide, 1)), Refusal::none);
+    rig.ticks(2);
+    EXPECT_TRUE(shines());
+    EXPECT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagGuideLaser) != 0; }, 100));
+    ASSERT_EQ(rig.command(link::Verb::jog, 0, -1'000'000, 50'000).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::jogging, 5));
+    EXPECT_TRUE(shines());
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    EXPECT_TRUE(shines());
+    ASSERT_EQ(refusal(rig.command(link::Verb::guide, 0)), Refusal::none);
+    rig.ticks(2);
+    EXPECT_FALSE(shines());
+    ASSERT_EQ(refusal(rig.command(link::Verb::guide, 1)), Refusal::none);
+    ASSERT_EQ(rig.command(link::Verb::arm).refusal, 0);
+    EXPECT_TRUE(rig.until([&] { return rig.state() == State::arming && !shines(); }, 3));
+    EXPECT_EQ(refusal(rig.command(link::Verb::guide, 1)), Refusal::wrong_state);
+    ASSERT_TRUE(rig.until_state(State::armed, 5000));
+    ASSERT_EQ(rig.command(link::Verb::disarm).refusal, 0);
+    ASSERT_TRUE(rig.until_state(State::idle, 5000));
+    rig.ticks(5);
+    EXPECT_FALSE(shines()) << "it must be asked for again";
+}
+
+TEST_F(Preview, TheGuideLaserGoesWithKeyEnclosureAndHost) {
+    for (const char* script : {"key off", "interlock open", "drop"}) {
+        SCOPED_TRACE(script);
+        const bool silent = std::string(script) == "drop";
+        make_idle(silent ? "" : "at 40 " + std::string(script) + "\n");
+        CellRig& rig = *rig_;
+        ASSERT_TRUE(rig.until([&] { return rig.cell().now_ns() >= 39'900'000'000; }, 40'000));
+        ASSERT_EQ(refusal(rig.command(link::Verb::guide, 1)), Refusal::none);
+        rig.ticks(2);
+        ASSERT_TRUE(rig.cell().latest().digital.guide_laser);
+        rig.speak(!silent);
+        rig.ticks(200);
+        EXPECT_FALSE(rig.cell().latest().digital.guide_laser);
+        EXPECT_EQ(rig.state(), State::idle);
+    }
+}
+
 }  // namespace
 }  // namespace sc::test

@@ -263,6 +263,7 @@ Refusal FakeCell::carry_out(const link::Command& command) {
         case link::Verb::reset_fault: state = State::disabled; break;
         case link::Verb::set_override: override_percent = command.arg0; break;
         case link::Verb::jog:
+        case link::Verb::guide:
         case link::Verb::lasers_in_turn:
         case link::Verb::set_pulse_width:
         case link::Verb::stop: break;
