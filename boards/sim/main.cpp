@@ -12,6 +12,7 @@
 #include <spdlog/spdlog.h>
 
 #include "boards/mps2_an500/pc/m7_controller.hpp"
+#include "boards/port/port.hpp"
 #include "boards/replay/key_file.hpp"
 #include "boards/sim/cell.hpp"
 #include "boards/sim/lock_step.hpp"
@@ -195,7 +196,7 @@ void catch_signals() {
 }
 
 void serve_port(sc::sim::SimCell& cell, const Arguments& a) {
-    const auto port = a.pty ? sc::sim::open_pty() : sc::sim::open_tcp(static_cast<std::uint16_t>(a.tcp));
+    const auto port = a.pty ? sc::port::open_pty() : sc::port::open_tcp(static_cast<std::uint16_t>(a.tcp));
     std::printf("%s\n", port->name().c_str());
     std::fflush(stdout);
     sc::sim::serve_real_time(cell, *port, a.speed, &stop_asked);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
 #include <cerrno>
+#include <stdexcept>
+#include <string>
 #include <system_error>
 
 #include <arpa/inet.h>
@@ -9,17 +10,18 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "boards/sim/port.hpp"
+#include "boards/port/port.hpp"
 
-namespace sc::sim {
+namespace sc::port {
 namespace {
 
 class Tcp final : public Port {
 public:
-    explicit Tcp(std::uint16_t port) : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
+    Tcp(std::uint16_t port, const std::string& where)
+        : listener_(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0)) {
         const int yes = 1;
         ::setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-        sockaddr_in address = loopback(port);
+        sockaddr_in address = place(port, where);
         socklen_t size = sizeof address;
         // NOLINTBEGIN(cppcoreguidelines-pro-type-reinterpret-cast): the socket interface wants it.
         auto* const generic = reinterpret_cast<sockaddr*>(&address);
@@ -28,7 +30,7 @@ public:
             ::getsockname(listener_, generic, &size) < 0) {
             const int error = errno;
             drop(listener_);
-            throw std::system_error(error, std::generic_category(), "TCP port " + std::to_string(port));
+            throw std::system_error(error, std::generic_category(), "TCP port " + where + ":" + std::to_string(port));
         }
         port_ = ntohs(address.sin_port);
     }
@@ -42,36 +44,42 @@ public:
     [[nodiscard]] std::string name() const override { return std::to_string(port_); }
     [[nodiscard]] int file() const override { return client_ >= 0 ? client_ : listener_; }
 
-    void receive(std::vector<std::uint8_t>& out) override {
+    std::size_t receive(std::span<std::uint8_t> out) override {
         if (client_ < 0) {
             accept_client();
         }
-        std::array<std::uint8_t, 4096> buffer{};
-        while (client_ >= 0) {
-            const ssize_t n = ::recv(client_, buffer.data(), buffer.size(), MSG_DONTWAIT);
-            if (n > 0) {
-                out.insert(out.end(), buffer.begin(), buffer.begin() + n);
-            } else if (n < 0 && (errno == EAGAIN || errno == EINTR)) {
-                return;
-            } else {
-                drop(client_);
-            }
+        if (client_ < 0 || out.empty()) {
+            return 0;
         }
-    }
-
-    void send(std::span<const std::uint8_t> bytes) override {
-        if (client_ >= 0 && ::send(client_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT) < 0 &&
-            errno != EAGAIN && errno != EINTR) {
+        const ssize_t n = ::recv(client_, out.data(), out.size(), MSG_DONTWAIT);
+        if (n > 0) {
+            return static_cast<std::size_t>(n);
+        }
+        if (n == 0 || (errno != EAGAIN && errno != EINTR)) {
             drop(client_);
         }
+        return 0;
+    }
+
+    std::size_t send(std::span<const std::uint8_t> bytes) override {
+        if (client_ < 0) {
+            return 0;
+        }
+        const ssize_t n = ::send(client_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+        if (n < 0 && errno != EAGAIN && errno != EINTR) {
+            drop(client_);
+        }
+        return n > 0 ? static_cast<std::size_t>(n) : 0;
     }
 
 private:
-    static sockaddr_in loopback(std::uint16_t port) {
+    static sockaddr_in place(std::uint16_t port, const std::string& where) {
         sockaddr_in address{};
         address.sin_family = AF_INET;
         address.sin_port = htons(port);
-        address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+        if (::inet_pton(AF_INET, where.c_str(), &address.sin_addr) != 1) {
+            throw std::invalid_argument("'" + where + "' is no IPv4 address");
+        }
         return address;
     }
 
@@ -97,6 +105,8 @@ private:
 
 }  // namespace
 
-std::unique_ptr<Port> open_tcp(std::uint16_t port) { return std::make_unique<Tcp>(port); }
+std::unique_ptr<Port> open_tcp(std::uint16_t port, const std::string& address) {
+    return std::make_unique<Tcp>(port, address);
+}
 
-}  // namespace sc::sim
+}  // namespace sc::port

@@ -9,9 +9,9 @@
 #include <termios.h>
 #include <unistd.h>
 
-#include "boards/sim/port.hpp"
+#include "boards/port/port.hpp"
 
-namespace sc::sim {
+namespace sc::port {
 namespace {
 
 int checked(int result, const char* what) {
@@ -41,19 +41,15 @@ public:
     /// While no client has the slave open, poll would return at once for ever.
     [[nodiscard]] int file() const override { return connected() ? master_ : -1; }
 
-    void receive(std::vector<std::uint8_t>& out) override {
-        std::array<std::uint8_t, 4096> buffer{};
-        ssize_t n = 0;
-        while ((n = ::read(master_, buffer.data(), buffer.size())) > 0) {
-            out.insert(out.end(), buffer.begin(), buffer.begin() + n);
-        }
+    std::size_t receive(std::span<std::uint8_t> out) override {
+        const ssize_t n = ::read(master_, out.data(), out.size());
+        return n > 0 ? static_cast<std::size_t>(n) : 0;
     }
 
-    void send(std::span<const std::uint8_t> bytes) override {
-        if (connected() && ::write(master_, bytes.data(), bytes.size()) < 0) {
-            // Nobody reads: the line's buffer is full, and these bytes are lost as on a real line.
-            return;
-        }
+    /// Nobody reads: the line's buffer is full, and these bytes are lost as on a real line.
+    std::size_t send(std::span<const std::uint8_t> bytes) override {
+        const ssize_t n = connected() ? ::write(master_, bytes.data(), bytes.size()) : 0;
+        return n > 0 ? static_cast<std::size_t>(n) : 0;
     }
 
 private:
@@ -83,4 +79,4 @@ private:
 
 std::unique_ptr<Port> open_pty() { return std::make_unique<Pty>(); }
 
-}  // namespace sc::sim
+}  // namespace sc::port
