@@ -11,9 +11,6 @@
 namespace sc::sim {
 namespace {
 
-/// Where the axes happen to stand when the cell is switched on: base units, off every grid.
-constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
-
 /// The board latches its encoders so long before the tick.
 constexpr std::int32_t kEncoderAgeNs = 20'000;
 
