@@ -79,7 +79,8 @@ void add_calibrate_pointing(CLI::App& calibrate, int& exit_code) {
         ->expected(3)
         ->capture_default_str();
     sub->add_option("--keys", options->keys, "keys in place of a terminal's")->type_name("FILE");
-    sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    sub->add_option("--link", options->link,
+                    "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*sub, options->key);
