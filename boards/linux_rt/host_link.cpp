@@ -132,6 +132,16 @@ void CanLink::send(std::span<const std::uint8_t> bytes) {
     flush();
 }
 
+std::optional<int> inherited_file(std::string_view text) {
+    if (!text.starts_with("fd:")) {
+        return std::nullopt;
+    }
+    text.remove_prefix(3);
+    int file = -1;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), file);
+    return error == std::errc{} && end == text.data() + text.size() && file > 2 ? std::optional(file) : std::nullopt;
+}
+
 std::unique_ptr<HostLink> open_host_link(const std::string& text) {
     const std::string_view all = text;
     const std::size_t colon = all.find(':');
@@ -145,6 +155,9 @@ std::unique_ptr<HostLink> open_host_link(const std::string& text) {
     }
     if (scheme == "tcp") {
         return open_tcp(text, rest);
+    }
+    if (const std::optional<int> file = inherited_file(text)) {
+        return std::make_unique<CanLink>(socketcan::CanSocket(*file), false, text);
     }
     refuse(text);
 }

@@ -4,8 +4,11 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include "boards/port/port.hpp"
 #include "boards/socketcan/can_socket.hpp"
@@ -76,7 +79,10 @@ private:
     std::size_t message_size_ = 0;  ///< of a message that did not fit into the last tick
 };
 
-/// Opens the link of `--link`: can:IFACE, can:IFACE?fd=1, serial:DEV, serial:DEV?baud=N, tcp:PORT, tcp:ADDRESS:PORT.
+/// The open socket that `fd:N` names, as a program that starts this one hands it over; nullopt for another text.
+[[nodiscard]] std::optional<int> inherited_file(std::string_view text);
+/// Opens the link of `--link`: can:IFACE, can:IFACE?fd=1, serial:DEV, serial:DEV?baud=N, tcp:PORT, tcp:ADDRESS:PORT,
+/// or fd:N, a socket with CAN frames.
 /// Throws std::invalid_argument for another text, std::system_error when it cannot be opened.
 [[nodiscard]] std::unique_ptr<HostLink> open_host_link(const std::string& text);
 

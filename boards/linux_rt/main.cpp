@@ -11,11 +11,13 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "boards/linux_rt/gpio_lines.hpp"
 #include "boards/linux_rt/options.hpp"
 #include "boards/linux_rt/report.hpp"
 #include "boards/linux_rt/service_notify.hpp"
@@ -35,6 +37,7 @@ struct Cell {
     std::unique_ptr<DriveBus> drives;
     std::unique_ptr<HostLink> link;
     std::unique_ptr<LinePort> lines;
+    std::unique_ptr<GateLine> gate;
     std::unique_ptr<event_device::EventLink> events;
     std::unique_ptr<LaserHead> head;
     std::vector<std::unique_ptr<rs485::ModbusPort>> sensors;
@@ -45,14 +48,37 @@ std::uint32_t boot_id_of(const Options& o) {
     return o.boot_id != 0 ? o.boot_id : static_cast<std::uint32_t>(std::time(nullptr));
 }
 
+/// What a job may ask of a laser that hangs on a line.
+void tell_of_gate(const MachineConfig& machine) {
+    const double tick_s = static_cast<double>(machine.control_period_ns) * 1e-9;
+    std::fprintf(stderr,
+                 "scribecell-rt: the laser hangs on a line: a place is off by up to speed x %.3g ms (%.3g mm at "
+                 "%.3g mm/s); jobs whose pitch is finer are refused\n",
+                 1e3 * tick_s, 1e3 * tick_s * machine.axis[0].speed, 1e3 * machine.axis[0].speed);
+}
+
 std::unique_ptr<Cell> make_cell(const Options& o) {
     auto cell = std::make_unique<Cell>();
     cell->machine = reference_machine();
     restrict_to_axes(cell->machine);
+    if (!o.gate.empty()) {
+        restrict_to_gate(cell->machine);
+        tell_of_gate(cell->machine);
+    }
     cell->drives = std::make_unique<DriveBus>(open_drive_buses(o.drive_bus));
     cell->link = open_host_link(o.link);
-    cell->lines = std::make_unique<ClosedLines>();
-    if (!o.events.empty()) {
+    GpioLines* gpio = nullptr;
+    if (o.lines_closed) {
+        cell->lines = std::make_unique<ClosedLines>();
+    } else {
+        auto lines = std::make_unique<GpioLines>(parse_wiring(o.gpio));
+        gpio = lines.get();
+        cell->lines = std::move(lines);
+    }
+    if (gpio != nullptr && !o.gate.empty()) {
+        cell->gate = std::make_unique<GpioGate>(*gpio);
+        cell->head = std::make_unique<GatedHead>(*cell->gate);
+    } else if (!o.events.empty()) {
         cell->events = std::make_unique<event_device::EventLink>(o.events, cell->machine);
         cell->head = std::make_unique<EventHead>(*cell->events);
     } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "boards/linux_rt/options.hpp"
 
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 
@@ -93,10 +94,16 @@ std::vector<socketcan::CanSocket> open_drive_buses(const std::string& text) {
     while (true) {
         const std::size_t comma = rest.find(',');
         const std::string_view one = rest.substr(0, comma);
-        if (!one.starts_with("can:") || one.size() == 4 || buses.size() == 2) {
+        const bool named = one.starts_with("can:") && one.size() > 4;
+        const std::optional<int> file = inherited_file(one);
+        if (buses.size() == 2 || (!named && !file)) {
             refuse("--drive-bus " + text + ": use can:IFACE, or can:IFACE,can:IFACE for two");
         }
-        buses.emplace_back(std::string(one.substr(4)));
+        if (named) {
+            buses.emplace_back(std::string(one.substr(4)));
+        } else {
+            buses.emplace_back(*file);
+        }
         if (comma == std::string_view::npos) {
             return buses;
         }

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "boards/event_device/event_packets.hpp"
+#include "boards/linux_rt/allocation_watch.hpp"
 #include "boards/linux_rt/control_loop.hpp"
 #include "boards/sim/events/event_player.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
@@ -151,7 +152,12 @@ public:
     }
     void tick() {
         const std::int64_t tick = loop_->next_tick();
-        loop_->tick();
+        if (watch_allocations) {
+            const NoAllocation watched;
+            loop_->tick();
+        } else {
+            loop_->tick();
+        }
         if (play_drives) {
             bus_.play(tick);
         }
@@ -174,6 +180,7 @@ public:
 
     HandLines lines;
     bool play_drives = true;
+    bool watch_allocations = false;
     std::uint64_t pulses = 0;
 
 private:
