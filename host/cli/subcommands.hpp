@@ -15,6 +15,7 @@ void add_casting(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
 void add_register(CLI::App& app, int& exit_code);
 void add_jog(CLI::App& app, int& exit_code);
+void add_pendant(CLI::App& app, int& exit_code);
 void add_override(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
 void add_calibration(CLI::App& app, int& exit_code);

@@ -19,16 +19,16 @@ def library():
 def run(guest):
     hid, pendant = library(), Device(guest)
 
-    def opened():
-        pendant.serve(0.05)
-        return hid.hid_open(0x10CE, 0xEB93, None)
-
-    handle = wait_until(opened, what="the device")
+    handle = wait_until(lambda: hid.hid_open(0x10CE, 0xEB93, None), what="the device")
     sent = bytes([0x04, 0x5A, 0x00, 0x00, 0x0D, 0x11, 0x01, 0x5A])
     pendant.report(sent)
     buffer = ctypes.create_string_buffer(64)
     count = hid.hid_read_timeout(handle, buffer, 64, 20000)
     assert buffer.raw[:count] == sent, f"a report came as {buffer.raw[:max(count, 0)].hex()}"
+    hid.hid_send_feature_report.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t]
+    block = bytes([0x06, 0xFE, 0xFD, 0xFE, 0x81, 0x01, 0x02, 0x03])
+    assert hid.hid_send_feature_report(handle, block, len(block)) == len(block), "a feature report was refused"
+    assert pendant.features == [block], f"a feature report came as {pendant.features}"
     pendant.unplug()
     assert hid.hid_read_timeout(handle, buffer, 64, 20000) == -1, "a read of an unplugged device did not fail"
     hid.hid_close(handle)
