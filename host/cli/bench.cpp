@@ -45,6 +45,8 @@ constexpr const char* kExamples = R"(Examples:
       readings a second on the sensor buses, beside what the lines can carry
   scribecell bench pendant
       drive cycles from a detent of a pendant's wheel to the first set-point that moves
+  scribecell bench bus
+      what 3, 4 and 6 drives take of their bus: computed, and counted on it
   scribecell bench measure
       the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
   scribecell bench calibration
@@ -74,6 +76,7 @@ constexpr std::array kBenches{
     Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},
     Bench{"pendant", "a pendant's wheel, from the detent to the set-point", detent_figures},
     Bench{"sensors", "the sensor buses against what their lines can carry", bench_sensors},
+    Bench{"bus", "the drive bus: computed budget beside frames counted on it", bench_bus},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 
 std::string names() {
