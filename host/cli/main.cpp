@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_protocol(app, exit_code);
+        sc::host::cli::add_drives(app, exit_code);
         sc::host::cli::add_eds(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_verify(app, exit_code);

@@ -33,6 +33,7 @@ void add_blackbox(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_protocol(CLI::App& app, int& exit_code);
+void add_drives(CLI::App& app, int& exit_code);
 void add_eds(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_verify(CLI::App& app, int& exit_code);
