@@ -51,8 +51,6 @@ using PinSink = std::function<void(std::int64_t t_ns, Pin pin, bool level)>;
 /// Takes the place of the guide laser's spot: control time, and the record's places as of a pulse.
 using GuideSink = std::function<void(const trace::PulseRecord&)>;
 
-/// Where the axes happen to stand when the cell is switched on: base units, off every grid.
-inline constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
 /// Hard line from e-stop and interlock to the light itself: no firmware in it. design.md allows 1 µs.
 inline constexpr std::int64_t kHardCutNs = 800;
 /// From the guard's sample to the shut gate.
