@@ -21,6 +21,9 @@
 #include "boards/linux_rt/options.hpp"
 #include "boards/linux_rt/report.hpp"
 #include "boards/linux_rt/service_notify.hpp"
+#include "boards/machine_file/machine_file.hpp"
+#include "boards/memory/retained_file.hpp"
+#include "boards/replay/key_file.hpp"
 
 namespace {
 
@@ -41,6 +44,7 @@ struct Cell {
     std::unique_ptr<event_device::EventLink> events;
     std::unique_ptr<LaserHead> head;
     std::vector<std::unique_ptr<rs485::ModbusPort>> sensors;
+    std::unique_ptr<memory::RetainedFile> memory;
     std::unique_ptr<ControlLoop> loop;
 };
 
@@ -59,7 +63,7 @@ void tell_of_gate(const MachineConfig& machine) {
 
 std::unique_ptr<Cell> make_cell(const Options& o) {
     auto cell = std::make_unique<Cell>();
-    cell->machine = reference_machine();
+    cell->machine = o.machine.empty() ? reference_machine() : machine_file::read_machine(o.machine);
     restrict_to_axes(cell->machine);
     if (!o.gate.empty()) {
         restrict_to_gate(cell->machine);
@@ -90,7 +94,12 @@ std::unique_ptr<Cell> make_cell(const Options& o) {
             std::make_unique<rs485::ModbusPort>(port.device, cell->machine.sensors.bus.at(port.bus)));
         parts.sensors.at(port.bus) = cell->sensors.back().get();
     }
-    cell->loop = std::make_unique<ControlLoop>(cell->machine, boot_id_of(o), nullptr, parts);
+    cell->memory = std::make_unique<memory::RetainedFile>(o.memory);
+    cell->loop = std::make_unique<ControlLoop>(cell->machine, boot_id_of(o),
+                                               o.memory.empty() ? nullptr : cell->memory->memory(), parts);
+    if (!o.key.empty()) {
+        cell->loop->controller().fit_key(replay::secret_of(replay::read_key_file(o.key)));
+    }
     return cell;
 }
 

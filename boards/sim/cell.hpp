@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "boards/memory/retained_file.hpp"
 #include "boards/replay/log_file.hpp"
 #include "boards/sim/cell_report.hpp"
 #include "boards/sim/cell_traces.hpp"
@@ -15,7 +16,6 @@
 #include "boards/sim/link_line.hpp"
 #include "boards/sim/parameter_file.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
-#include "boards/sim/retained_file.hpp"
 #include "boards/sim/world/world.hpp"
 #include "firmware/link/seal_gate.hpp"
 #include "shared/codes/state.hpp"
@@ -85,7 +85,7 @@ private:
     std::unique_ptr<LinkLine> link_;
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
-    RetainedFile retained_;
+    memory::RetainedFile retained_;
     ParameterFile parameters_;
     StartingMachine start_;
     std::unique_ptr<ControllerHost> controller_;

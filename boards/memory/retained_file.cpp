@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "boards/sim/retained_file.hpp"
+#include "boards/memory/retained_file.hpp"
 
 #include <cerrno>
 #include <system_error>
@@ -9,7 +9,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-namespace sc::sim {
+namespace sc::memory {
 namespace {
 
 static_assert(std::is_trivially_copyable_v<RetainedMemory>, "the file holds its bytes");
@@ -51,4 +51,4 @@ RetainedFile::~RetainedFile() {
     }
 }
 
-}  // namespace sc::sim
+}  // namespace sc::memory

@@ -5,7 +5,7 @@
 
 #include "firmware/hal/retained.hpp"
 
-namespace sc::sim {
+namespace sc::memory {
 
 /// The controller's battery-backed memory as a file, mapped, so that what was written last is there however the process
 /// ends. Without a path it is plain memory and forgotten with the process.
@@ -24,4 +24,4 @@ private:
     RetainedMemory* memory_ = &local_;
 };
 
-}  // namespace sc::sim
+}  // namespace sc::memory
