@@ -68,7 +68,7 @@ std::unique_ptr<replay::LogFile> open_record(const CellOptions& options, const M
 SimCell::SimCell(const CellOptions& options)
     : options_(with_directory(options)),
       world_(options_.world),
-      plant_(options_.machine, world_, options_.script, safety::frame_guard),
+      plant_(options_.machine, world_, options_.script, safety::frame_guard, options_.drives),
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
       link_(make_link_line(options_.carrier, options_.baud, options_.machine.control_period_ns)),
       retained_(options_.memory),

@@ -38,6 +38,7 @@ struct CellOptions {
     std::optional<link::SealSecret> seal{};  ///< the controller takes sealed commands only
     bool command_trace = false;              ///< write command.trace too
     PulseSink on_pulse{};                    ///< called besides the trace; may be empty
+    PlantDrives drives{};                    ///< the controller has to be made for their buses
     MakeController controller = make_local_controller;
 };
 
