@@ -30,7 +30,7 @@ public:
     explicit Reader(std::filesystem::path file) : file_(std::move(file)) {}
 
     [[noreturn]] void refuse(const toml::node& node, const std::string& why) const {
-        throw std::runtime_error(file_.string() + ":" + std::to_string(node.source().begin.line) + ": " + why);
+        throw std::invalid_argument(file_.string() + ":" + std::to_string(node.source().begin.line) + ": " + why);
     }
     std::int64_t number(const toml::node& node, const std::string& key, std::int64_t least, std::int64_t most) const {
         const auto value = node.value_exact<std::int64_t>();
@@ -126,8 +126,8 @@ DriveFile read_drive_file(const std::filesystem::path& file, MachineConfig& mach
     try {
         root = toml::parse_file(file.string());
     } catch (const toml::parse_error& error) {
-        throw std::runtime_error(file.string() + ":" + std::to_string(error.source().begin.line) + ": " +
-                                 std::string(error.description()));
+        throw std::invalid_argument(file.string() + ":" + std::to_string(error.source().begin.line) + ": " +
+                                    std::string(error.description()));
     }
     DriveFile result;
     const Reader reader(file);

@@ -15,7 +15,7 @@ struct DriveFile {
     std::array<std::string, kAxisCount> quirks{};  ///< of simulated drives (boards/sim/plant/drive_quirks)
 };
 
-/// Reads the tables [drives.*]; node numbers, cycle and homing places go into `machine`. Throws std::runtime_error
+/// Reads the tables [drives.*]; node numbers, cycle and homing places go into `machine`. Throws std::invalid_argument
 /// "FILE:LINE: ..." for a file that cannot be read, a key that is none and a value out of its range.
 [[nodiscard]] DriveFile read_drive_file(const std::filesystem::path& file, MachineConfig& machine);
 

@@ -87,7 +87,7 @@ TEST_F(DrivePlanFile, BadOnesAreRefusedWithTheirLine) {
         } catch (const InputError& error) {
             EXPECT_EQ(error.line(), bad.line) << error.what();
         }
-        EXPECT_THROW(static_cast<void>(drive_file::read_drive_file(file_, machine)), std::runtime_error) << bad.text;
+        EXPECT_THROW(static_cast<void>(drive_file::read_drive_file(file_, machine)), std::invalid_argument) << bad.text;
     }
     MachineConfig machine = reference_machine();
     EXPECT_THROW(static_cast<void>(read_drive_plan(folder_ / "none.toml", machine)), InputError);
