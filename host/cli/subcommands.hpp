@@ -33,11 +33,8 @@ void add_blackbox(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_plot(CLI::App& app, int& exit_code);
 void add_protocol(CLI::App& app, int& exit_code);
-<<<<<<< HEAD
 void add_drives(CLI::App& app, int& exit_code);
-=======
 void add_ports(CLI::App& app, int& exit_code);
->>>>>>> 704436f (cli: ports lists what a cell can be plugged in to; boards: a machine file, the unit and the page of linux_rt)
 void add_eds(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_verify(CLI::App& app, int& exit_code);
