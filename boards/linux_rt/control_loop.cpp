@@ -10,10 +10,10 @@
 namespace sc::linux_rt {
 
 ControlLoop::ControlLoop(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained,
-                         const LoopParts& parts)
+                         const LoopParts& parts, const DrivePlan& drives)
     : machine_(machine),
       parts_(parts),
-      controller_(machine, boot_id, retained),
+      controller_(machine, boot_id, retained, drives),
       lines_(*parts.lines),
       outputs_{std::make_unique<ServoOutputs>(), std::make_unique<ServoOutputs>()} {}
 

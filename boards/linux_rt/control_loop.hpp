@@ -41,7 +41,8 @@ struct LoopReport {
 /// step.
 class ControlLoop {
 public:
-    ControlLoop(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained, const LoopParts& parts);
+    ControlLoop(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained, const LoopParts& parts,
+                const DrivePlan& drives = kPlainDrives);
 
     void tick() noexcept;
     /// From the next tick on the e-stop chain reads open for the controller: it cancels the laser, brings the axes to

@@ -11,6 +11,7 @@ namespace sc::linux_rt {
 namespace {
 
 constexpr std::uint16_t kNodeMask = 0x07F;
+constexpr std::uint16_t kIdMask = 0x7FF;
 constexpr std::uint16_t kFunctionMask = 0x780;
 constexpr std::uint16_t kSync = 0x080;
 constexpr std::uint16_t kStatusOfNode = 0x180;
@@ -19,29 +20,31 @@ constexpr std::uint16_t kSdoRequest = 0x600;
 constexpr std::uint16_t kHeartbeat = 0x700;
 constexpr std::size_t kMostBuses = 2;
 
-/// NMT, SYNC and time have no node, and a heartbeat sent here is the master's own.
-bool for_all(const DriveFrame& frame) {
-    return (frame.id & kNodeMask) == 0 || (frame.id & kFunctionMask) == kHeartbeat;
-}
-
 }  // namespace
 
 DriveBus::DriveBus(std::vector<socketcan::CanSocket> buses) : buses_(std::move(buses)) {}
 
-void DriveBus::note(const DriveFrame& frame, std::uint8_t bus) noexcept {
-    const std::uint16_t function = frame.id & kFunctionMask;
+DriveBus::Node& DriveBus::node_of(const DriveFrame& frame) noexcept {
+    return nodes_[(frame.id & kSecondDriveBus) != 0 ? 1 : 0][frame.id & kNodeMask];
+}
+
+void DriveBus::note(const DriveFrame& frame) noexcept {
+    const auto function = static_cast<std::uint16_t>(frame.id & kFunctionMask);
     if ((frame.id & kNodeMask) == 0 || function < kSync || function == kSdoRequest) {
         return;
     }
-    Node& node = nodes_[frame.id & kNodeMask];
-    node.bus = bus;
+    Node& node = node_of(frame);
+    node.known = true;
     if (function == kStatusOfNode) {
-        node.answers = true;
+        node.every = node.answered ? node.since : 0;
+        node.answered = true;
+        node.since = 0;
         node.answer_due = false;
     } else if (function == kSdoReply) {
         node.reply_due = false;
     } else if (function == kHeartbeat && frame.size == 1 && frame.data[0] == 0) {
-        node = {.bus = bus};  // it has booted again
+        node = {};
+        node.known = true;  // it has booted again
     }
 }
 
@@ -54,11 +57,11 @@ void DriveBus::collect() noexcept {
                 continue;
             }
             DriveFrame& frame = queue_[(first_ + size_) % kQueue];
-            frame.id = static_cast<std::uint16_t>(heard.id);
+            frame.id = static_cast<std::uint16_t>(heard.id | (i == 0 ? 0U : kSecondDriveBus));
             frame.size = heard.size;
             std::copy_n(heard.data.begin(), frame.data.size(), frame.data.begin());
             ++size_;
-            note(frame, static_cast<std::uint8_t>(i));
+            note(frame);
         }
     }
 }
@@ -76,27 +79,26 @@ std::span<const DriveFrame> DriveBus::receive() noexcept {
 }
 
 void DriveBus::expect(const DriveFrame& frame) noexcept {
-    if (frame.id == kSync) {
-        for (Node& node : nodes_) {
-            node.answer_due = node.answers;
+    if ((frame.id & kIdMask) == kSync) {
+        for (Node& node : nodes_[(frame.id & kSecondDriveBus) != 0 ? 1 : 0]) {
+            ++node.since;
+            node.answer_due = node.every > 0 && node.since >= node.every;
         }
     } else if ((frame.id & kFunctionMask) == kSdoRequest) {
-        Node& node = nodes_[frame.id & kNodeMask];
-        node.reply_due = node.bus != kNowhere;
+        Node& node = node_of(frame);
+        node.reply_due = node.known;
     }
 }
 
 void DriveBus::send(std::span<const DriveFrame> frames) noexcept {
     for (const DriveFrame& frame : frames) {
+        const std::size_t bus = (frame.id & kSecondDriveBus) != 0 ? 1 : 0;
         socketcan::CanFrame raw;
-        raw.id = frame.id;
+        raw.id = frame.id & kIdMask;
         raw.size = frame.size;
         std::copy(frame.data.begin(), frame.data.end(), raw.data.begin());
-        const std::uint8_t at = for_all(frame) ? kNowhere : nodes_[frame.id & kNodeMask].bus;
-        for (std::size_t i = 0; i < buses_.size(); ++i) {
-            if ((at == kNowhere || at == i) && buses_[i].send(raw) != socketcan::CanSent::yes) {
-                ++counters_.unsent;
-            }
+        if (bus >= buses_.size() || buses_[bus].send(raw) != socketcan::CanSent::yes) {
+            ++counters_.unsent;
         }
         expect(frame);
     }
@@ -104,17 +106,26 @@ void DriveBus::send(std::span<const DriveFrame> frames) noexcept {
 
 bool DriveBus::answered() noexcept {
     collect();
-    return std::none_of(nodes_.begin(), nodes_.end(),
-                        [](const Node& node) { return node.answer_due || node.reply_due; });
+    for (const auto& bus : nodes_) {
+        for (const Node& node : bus) {
+            if (node.answer_due || node.reply_due) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 void DriveBus::give_up() noexcept {
-    for (Node& node : nodes_) {
-        if (node.answer_due) {
-            ++counters_.unanswered;
-            node.answers = false;
+    for (auto& bus : nodes_) {
+        for (Node& node : bus) {
+            if (node.answer_due) {
+                ++counters_.unanswered;
+                node.every = 0;
+                node.answered = false;
+            }
+            node.answer_due = node.reply_due = false;
         }
-        node.answer_due = node.reply_due = false;
     }
 }
 

@@ -18,10 +18,8 @@ struct DriveBusCounters {
     std::uint64_t unanswered = 0;  ///< SYNCs that a drive which had answered before left without an answer
 };
 
-/// The drives on one or two CAN buses. What is meant for all (NMT, SYNC, time, the master's heartbeat) goes to each
-/// bus; a frame for one node goes to the bus on which that node was last heard, and to all while it has not been.
-/// Set-points are worth nothing later, so a frame that a bus does not take is dropped and counted. Nothing allocates
-/// after the constructor.
+/// The drives on one or two CAN buses; a frame of the second carries kSecondDriveBus. Set-points are worth nothing
+/// later, so a frame that a bus does not take is dropped and counted. Nothing allocates after the constructor.
 class DriveBus {
 public:
     explicit DriveBus(std::vector<socketcan::CanSocket> buses);
@@ -30,8 +28,8 @@ public:
     [[nodiscard]] std::span<const DriveFrame> receive() noexcept;
     void send(std::span<const DriveFrame> frames) noexcept;
 
-    /// Whether every drive that answered the SYNC before has answered the last one, and every SDO request sent has its
-    /// reply. Looks at what has come; does not wait.
+    /// Whether every drive has answered the SYNCs that it answers (each, or every n-th, as it did before), and every
+    /// SDO request to a drive that is there has its reply. Looks at what has come; does not wait.
     [[nodiscard]] bool answered() noexcept;
     /// The wait is over: drives that have not answered are not waited for until they are heard again.
     void give_up() noexcept;
@@ -44,22 +42,24 @@ public:
 private:
     static constexpr std::size_t kNodes = 128;
     static constexpr std::size_t kQueue = 256;
-    static constexpr std::uint8_t kNowhere = 0xFF;
 
     struct Node {
-        std::uint8_t bus = kNowhere;
-        bool answers = false;     ///< the last SYNC
-        bool answer_due = false;  ///< to this SYNC
+        bool known = false;       ///< heard since it booted
+        bool answer_due = false;  ///< to the last SYNC
         bool reply_due = false;   ///< to an SDO request
+        std::uint32_t every = 0;  ///< SYNCs between its answers, as the last two had them; 0: not known
+        std::uint32_t since = 0;  ///< SYNCs since its last answer
+        bool answered = false;    ///< a SYNC, ever
     };
 
     void collect() noexcept;
-    void note(const DriveFrame& frame, std::uint8_t bus) noexcept;
+    void note(const DriveFrame& frame) noexcept;
+    [[nodiscard]] Node& node_of(const DriveFrame& frame) noexcept;
     void expect(const DriveFrame& frame) noexcept;
 
     std::vector<socketcan::CanSocket> buses_;
-    std::array<Node, kNodes> nodes_{};
-    std::array<DriveFrame, kQueue> queue_{};  ///< heard and not yet handed over
+    std::array<std::array<Node, kNodes>, 2> nodes_{};  ///< of each bus
+    std::array<DriveFrame, kQueue> queue_{};           ///< heard and not yet handed over
     std::size_t first_ = 0;
     std::size_t size_ = 0;
     std::array<DriveFrame, kDriveFramesPerTick> out_{};

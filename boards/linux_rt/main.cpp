@@ -17,6 +17,7 @@
 #include <CLI/CLI.hpp>
 #include <unistd.h>
 
+#include "boards/drive_file/drive_file.hpp"
 #include "boards/linux_rt/gpio_lines.hpp"
 #include "boards/linux_rt/options.hpp"
 #include "boards/linux_rt/report.hpp"
@@ -63,7 +64,12 @@ void tell_of_gate(const MachineConfig& machine) {
 
 std::unique_ptr<Cell> make_cell(const Options& o) {
     auto cell = std::make_unique<Cell>();
-    cell->machine = o.machine.empty() ? reference_machine() : machine_file::read_machine(o.machine);
+    cell->machine = reference_machine();
+    DrivePlan plan = kPlainDrives;
+    if (!o.machine.empty()) {
+        cell->machine = machine_file::read_machine(o.machine);
+        plan = drive_file::read_drive_file(o.machine, cell->machine).plan;
+    }
     restrict_to_axes(cell->machine);
     if (!o.gate.empty()) {
         restrict_to_gate(cell->machine);
@@ -96,7 +102,11 @@ std::unique_ptr<Cell> make_cell(const Options& o) {
     }
     cell->memory = std::make_unique<memory::RetainedFile>(o.memory);
     cell->loop = std::make_unique<ControlLoop>(cell->machine, boot_id_of(o),
-                                               o.memory.empty() ? nullptr : cell->memory->memory(), parts);
+                                               o.memory.empty() ? nullptr : cell->memory->memory(), parts, plan);
+    if (!cell->loop->controller().drive_budget()) {
+        throw std::invalid_argument("the drive bus cannot carry this:\n" +
+                                    drive_file::budget_text(cell->machine, plan));
+    }
     if (!o.key.empty()) {
         cell->loop->controller().fit_key(replay::secret_of(replay::read_key_file(o.key)));
     }

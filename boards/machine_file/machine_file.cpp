@@ -97,6 +97,9 @@ public:
     void table(const toml::table& table, const std::string& path) {
         for (const auto& [key, node] : table) {
             const std::string here = path.empty() ? std::string(key.str()) : path + "." + std::string(key.str());
+            if (here == "drives") {
+                continue;  // boards/drive_file
+            }
             if (const toml::table* inner = node.as_table(); inner != nullptr && path.empty()) {
                 this->table(*inner, here);
             } else {

@@ -50,20 +50,18 @@ protected:
     DriveBus bus_;
 };
 
-TEST_F(TwoBuses, WhatIsForAllGoesToAllAndTheRestWhereTheNodeIs) {
-    send(0x601);  // nobody knows where node 1 is
-    EXPECT_EQ(heard(0), Ids{0x601});
-    EXPECT_EQ(heard(1), Ids{0x601});
-    drive_says(1, 0x701, 1, 0x7F);
-    drive_says(0, 0x702, 1, 0x7F);
-    EXPECT_EQ(bus_.receive().size(), 2U);
-    send(0x601);
-    send(0x202);
-    send(0x000);
+TEST_F(TwoBuses, AFrameGoesToTheBusThatItsIdentifierSays) {
     send(0x080);
-    send(0x77F);
-    EXPECT_EQ(heard(0), (Ids{0x202, 0x000, 0x080, 0x77F}));
-    EXPECT_EQ(heard(1), (Ids{0x601, 0x000, 0x080, 0x77F}));
+    send(0x080 | kSecondDriveBus);
+    send(0x202 | kSecondDriveBus);
+    EXPECT_EQ(heard(0), Ids{0x080});
+    EXPECT_EQ(heard(1), (Ids{0x080, 0x202}));
+    drive_says(0, 0x181);
+    drive_says(1, 0x181);
+    const auto frames = bus_.receive();
+    ASSERT_EQ(frames.size(), 2U);
+    EXPECT_EQ(frames[0].id, 0x181);
+    EXPECT_EQ(frames[1].id, 0x181 | kSecondDriveBus);
 }
 
 TEST_F(TwoBuses, FramesBeyondATickWaitForTheNext) {
@@ -88,27 +86,48 @@ TEST_F(TwoBuses, WhatNoDriveSendsIsCountedAndDropped) {
     EXPECT_EQ(bus_.counters().foreign, 2U);
 }
 
-TEST_F(TwoBuses, WaitsForThoseThatAnsweredTheSyncBefore) {
-    send(0x080);
-    EXPECT_TRUE(bus_.answered());
-    drive_says(0, 0x181);
-    drive_says(1, 0x182);
-    EXPECT_TRUE(bus_.answered());
-    send(0x080);
+TEST_F(TwoBuses, WaitsForThoseThatAnsweredBefore) {
+    const auto sync = [this] {
+        send(0x080);
+        send(0x080 | kSecondDriveBus);
+    };
+    for (int i = 0; i < 2; ++i) {
+        sync();
+        EXPECT_TRUE(bus_.answered());
+        drive_says(0, 0x181);
+        drive_says(1, 0x181);
+        EXPECT_TRUE(bus_.answered());
+    }
+    sync();
     EXPECT_FALSE(bus_.answered());
     drive_says(0, 0x181);
     EXPECT_FALSE(bus_.answered());
-    drive_says(1, 0x182);
+    drive_says(1, 0x181);
     EXPECT_TRUE(bus_.answered());
-    send(0x080);
+    sync();
     drive_says(0, 0x181);
     EXPECT_FALSE(bus_.answered());
     bus_.give_up();
     EXPECT_TRUE(bus_.answered());
     EXPECT_EQ(bus_.counters().unanswered, 1U);
-    send(0x080);
+    sync();
     drive_says(0, 0x181);
-    EXPECT_TRUE(bus_.answered());  // node 2 is not waited for until it speaks again
+    EXPECT_TRUE(bus_.answered());  // the other is not waited for until it speaks again
+}
+
+TEST_F(TwoBuses, ADriveThatAnswersEverySecondSyncIsWaitedForThenAlone) {
+    for (int i = 0; i < 2; ++i) {
+        send(0x080);
+        send(0x080);
+        drive_says(0, 0x181);
+        EXPECT_TRUE(bus_.answered());
+    }
+    send(0x080);
+    EXPECT_TRUE(bus_.answered());
+    send(0x080);
+    EXPECT_FALSE(bus_.answered());
+    drive_says(0, 0x181);
+    EXPECT_TRUE(bus_.answered());
 }
 
 TEST_F(TwoBuses, WaitsForTheReplyToAnSdoAndForgetsADriveThatBoots) {
@@ -129,6 +148,7 @@ TEST_F(TwoBuses, WaitsForTheReplyToAnSdoAndForgetsADriveThatBoots) {
 TEST_F(TwoBuses, FramesThatABusDoesNotTakeAreDroppedAndCounted) {
     drives_.clear();
     send(0x080);
+    send(0x080 | kSecondDriveBus);
     EXPECT_EQ(bus_.counters().unsent, 2U);
 }
 
