@@ -159,7 +159,9 @@ CellReport SimCell::report() const {
     report.beam = plant_.beam_counters();
     report.pulse_width_ns = plant_.mopa().width_ns();
     report.galvo_words_dropped = plant_.galvo_words_dropped();
-    report.command_trace_sha256 = traces_.command_sha256();
+    report.command_trace_sha256 = traces_.hashes().commands();
+    report.set_point_sha256 = traces_.hashes().set_points();
+    report.laser_sha256 = traces_.hashes().laser();
     report.script_events = plant_.fault_records();
     report.errors = world_.errors();
     return report;

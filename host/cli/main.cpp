@@ -63,11 +63,8 @@ int main(int argc, char** argv) {
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_protocol(app, exit_code);
-<<<<<<< HEAD
         sc::host::cli::add_drives(app, exit_code);
-=======
         sc::host::cli::add_ports(app, exit_code);
->>>>>>> 704436f (cli: ports lists what a cell can be plugged in to; boards: a machine file, the unit and the page of linux_rt)
         sc::host::cli::add_eds(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_verify(app, exit_code);

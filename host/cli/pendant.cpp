@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <random>
@@ -44,6 +45,7 @@ struct Words {
     std::string device;
     std::string reports;
     std::vector<double> steps_um;
+    double dead_man_s = 0.5;
     bool hold_fn = false;
     bool home = false;
     bool reset_fault = false;
@@ -101,6 +103,7 @@ void report(const Words& words, const PendantRun& run, const CellClient& client)
 int run(const Words& words) {
     PendantRunOptions options;
     options.control.hold_fn = words.hold_fn;
+    options.control.dead_man = Nanoseconds(std::llround(words.dead_man_s * 1e9));
     if (!words.steps_um.empty()) {
         options.control.steps = pendant::step_table(words.steps_um);
     }
@@ -149,6 +152,9 @@ void add_pendant(CLI::App& app, int& exit_code) {
     sub->add_option("--steps-um", words->steps_um, "a detent at each place of the feed knob")
         ->delimiter(',')
         ->type_name("A,B,C,D,E");
+    sub->add_option("--dead-man-s", words->dead_man_s, "an axis stops when the wheel has rested for so long")
+        ->check(CLI::Range(0.05, 10.0))
+        ->capture_default_str();
     sub->add_flag("--hold-fn", words->hold_fn, "the wheel counts only while Fn is held");
     sub->add_flag("--home", words->home, "home all axes first, if they are not");
     sub->add_flag("--reset-fault", words->reset_fault, "acknowledge a latched fault first");

@@ -111,7 +111,7 @@ std::vector<Wish> PendantControl::pass(HostTime now, const CellView& cell) {
     std::vector<Wish> out;
     if (!cell.moving) {
         stopping_ = false;
-    } else if (now - turned_ > kDeadMan) {
+    } else if (now - turned_ > options_.dead_man) {
         stop(out, true, "the wheel has been still for too long");
     }
     return out;

@@ -34,7 +34,8 @@ inline constexpr double kLargestStepUm = 1000.0;
 
 struct ControlOptions {
     StepTable steps{};
-    bool hold_fn = false;  ///< the wheel counts only while Fn is held, and a move ends when it is let go
+    bool hold_fn = false;               ///< the wheel counts only while Fn is held, and a move ends when it is let go
+    Nanoseconds dead_man{500'000'000};  ///< after the last detent nothing moves
 };
 
 enum class WishKind : std::uint8_t {
@@ -82,11 +83,10 @@ struct CellView {
 
 class PendantControl {
 public:
-    static constexpr int kMostDetents = 10;              ///< of one report
-    static constexpr double kMost = 2e-3;                ///< metres that one report may ask for
-    static constexpr double kMostTurn = 2.0;             ///< degrees
-    static constexpr Nanoseconds kDeadMan{500'000'000};  ///< after the last detent nothing moves
-    static constexpr Nanoseconds kOldest{200'000'000};   ///< a report that waited longer moves nothing
+    static constexpr int kMostDetents = 10;             ///< of one report
+    static constexpr double kMost = 2e-3;               ///< metres that one report may ask for
+    static constexpr double kMostTurn = 2.0;            ///< degrees
+    static constexpr Nanoseconds kOldest{200'000'000};  ///< a report that waited longer moves nothing
 
     explicit PendantControl(const ControlOptions& options = {}) : options_(options) {}
 

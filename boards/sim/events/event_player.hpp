@@ -11,8 +11,8 @@
 #include "boards/event_device/event_packets.hpp"
 #include "boards/sim/plant/laser.hpp"
 #include "boards/sim/plant/mopa_source.hpp"
+#include "boards/sim/plant/output_hashes.hpp"
 #include "boards/sim/plant/shutter.hpp"
-#include "shared/hash/sha256.hpp"
 
 namespace sc::sim {
 
@@ -28,23 +28,6 @@ struct EventReport {
     std::string command_trace_sha256;  ///< pulses in the path domain, as every board has it
     std::string set_point_sha256;      ///< changes of the axes' set-points while marking
     std::string laser_sha256;          ///< runs of triggers, each by its time after the one before
-};
-
-/// Hashes of what a controller asked for, over ticks in order. They depend on the job alone: not on when it began, nor
-/// how long the axes waited between its paths.
-class OutputHashes {
-public:
-    void tick(const ServoOutputs& outputs);
-    [[nodiscard]] std::string commands() const;
-    [[nodiscard]] std::string set_points() const;
-    [[nodiscard]] std::string laser() const;
-
-private:
-    Sha256 commands_;
-    Sha256 set_points_;
-    Sha256 laser_;
-    AxisPositions before_{};
-    std::int64_t last_run_ns_ = 0;
 };
 
 /// Laser, source and shutter playing a controller's windows in the controller's time. What happens is told to `sink` as

@@ -58,9 +58,10 @@ class Guest:
         self.run("ip", "link", "set", name, "up")
         return name
 
-    def card(self, number, bit_rate=1_000_000):
+    def card(self, number, bit_rate=1_000_000, queue=10):
         """An emulated Kvaser card, up: 0 and 1 are on one bus, 2 and 3 on another."""
         name = f"can{number}"
+        self.run("ip", "link", "set", name, "txqueuelen", queue)
         self.run("ip", "link", "set", name, "type", "can", "bitrate", bit_rate)
         self.run("ip", "link", "set", name, "up")
         self.at_end(lambda: self.run("ip", "link", "set", name, "down"))

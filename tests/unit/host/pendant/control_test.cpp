@@ -177,10 +177,10 @@ TEST_F(PendantControlTest, AKnobTurnedDuringAMoveStopsIt) {
 TEST_F(PendantControlTest, TheDeadMansSwitchEndsAMoveThatGoesOnWithoutTheWheel) {
     plug();
     ASSERT_TRUE(jogs(turn(1)));
-    now_ += PendantControl::kDeadMan;
+    now_ += ControlOptions().dead_man;
     EXPECT_FALSE(stops(control_.pass(now_, kMoving)));
     EXPECT_FALSE(jogs(turn(1, kMoving)));  // turned again: alive
-    now_ += PendantControl::kDeadMan;
+    now_ += ControlOptions().dead_man;
     EXPECT_FALSE(stops(control_.pass(now_, kMoving)));
     now_ += Nanoseconds(1);
     const auto wishes = control_.pass(now_, kMoving);
