@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+from pathlib import Path
 
 from support.guest import wait_until
 
@@ -75,7 +76,7 @@ class Cell:
 def scribe(cell, job, *words):
     """Starts a job; see `finished`."""
     root = cell.guest.root
-    journal = cell.guest.folder / "job.sqlite"
+    journal = f"/run/{cell.guest.folder.name}-{id(cell)}.sqlite"  # SQLite's locks do not work in the shared folder
     return cell.host("scribe", root / job, "--json", "--journal", journal, *words)
 
 
@@ -89,7 +90,7 @@ def in_process(guest, job):
     """What the same job gives in the simulated cell, in one process: made once a guest."""
     kept = guest.folder.parent / f"in-process-{os.path.basename(job)}.json"
     if not kept.exists():
-        out = guest.folder / "in-process"
+        out = Path("/run/in-process-" + os.path.basename(job))
         guest.run(guest.program("scribecell"), "scribe", guest.root / job, "--out", out, "--json", timeout=200)
         kept.write_text((out / "cell.json").read_text(encoding="utf-8"), encoding="utf-8")
     return json.loads(kept.read_text(encoding="utf-8"))
