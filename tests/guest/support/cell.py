@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A cell of processes: the controller (scribecell-rt), its drives (scribecell-drive), its event device (scribecell-events)."""
+import itertools
 import json
 import os
 import signal
@@ -10,6 +11,7 @@ from support.guest import wait_until
 JOB = "tests/guest/data/job.toml"
 LONG_JOB = "tests/guest/data/long_job.toml"
 HASHES = ("command_trace_sha256", "set_point_sha256", "laser_sha256")
+_numbers = itertools.count()
 
 
 def last_json(text):
@@ -24,9 +26,10 @@ class Cell:
     def __init__(self, guest, link, bus, drives=None, lines=("--lines-closed",), more=()):
         """`bus`: the interface that the controller's drive bus is; `drives`: that of the drives, if it is another."""
         self.guest, self.link = guest, link
+        self.name = f"{guest.folder.name}-{next(_numbers)}"
         self.drives = guest.start(guest.program("scribecell-drive"), "--can", drives or bus,
                                   *[word for node in (1, 2, 3, 4) for word in ("--node", node)])
-        socket = f"/run/{guest.folder.name}-{os.getpid()}-{id(self) % 100000}.socket"
+        socket = f"/run/{self.name}.socket"
         self.events = guest.start(guest.program("scribecell-events"), socket, "--once", "--json", "--watchdog", "0")
         self._ready(self.drives, "ready")
         wait_until(lambda: os.path.exists(socket), 60, "the event device's socket")
@@ -76,7 +79,7 @@ class Cell:
 def scribe(cell, job, *words):
     """Starts a job; see `finished`."""
     root = cell.guest.root
-    journal = f"/run/{cell.guest.folder.name}-{id(cell)}.sqlite"  # SQLite's locks do not work in the shared folder
+    journal = f"/run/{cell.name}.sqlite"  # SQLite's locks do not work in the shared folder
     return cell.host("scribe", root / job, "--json", "--journal", journal, *words)
 
 
