@@ -28,7 +28,7 @@ Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id, Reta
       drives_(machine_, drives),
       mo_(machine.laser.mo_wait_ns, machine.control_period_ns),
       shutter_(machine.laser.shutter_time_ns, machine.control_period_ns),
-      following_(machine_),
+      following_(machine_, most_status_every(drives)),
       head_(machine.galvo),
       power_(machine.laser),
       mopa_(machine.laser.source, machine.control_period_ns),

@@ -52,6 +52,14 @@ struct DrivePlan {
     constexpr bool operator==(const DrivePlan&) const noexcept = default;
 };
 inline constexpr DrivePlan kPlainDrives{};
+/// Of the drive whose status comes least often.
+[[nodiscard]] constexpr std::uint32_t most_status_every(const DrivePlan& plan) noexcept {
+    std::uint32_t most = 1;
+    for (const DriveOptions& drive : plan.drive) {
+        most = drive.status_every > most ? drive.status_every : most;
+    }
+    return most;
+}
 
 /// The place of an axis' target in a common RPDO.
 struct TargetPair {

@@ -85,7 +85,9 @@ TEST(Controller, AnyPlanOfTheDrivesGivesTheSameJob) {
         };
         CellRig rig(options);
         start_short_job(rig);
-        ASSERT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }));
+        EXPECT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }))
+            << "state " << static_cast<int>(rig.state()) << ", faults " << rig.status().faults << ", status every "
+            << static_cast<int>(plan.drive[0].status_every) << (plan.drive[0].paired ? ", paired" : "");
         EXPECT_EQ(rig.command_hash(), undisturbed().command_hash());
         EXPECT_EQ(rig.status().faults, 0U);
     }
