@@ -25,14 +25,10 @@ struct TcpUrl {
     std::string host;
     std::uint16_t port = 0;
 };
-struct CanUrl {
-    std::string interface;
-    bool fd = false;
-};
-using LinkUrl = std::variant<SimulatedUrl, LockStepUrl, SerialUrl, TcpUrl, CanUrl>;
+using LinkUrl = std::variant<SimulatedUrl, LockStepUrl, SerialUrl, TcpUrl>;
 
 /// Takes a link's URL apart (open_transport.hpp lists them). Opens nothing. Throws InputError for an unknown scheme, a
-/// missing device or interface, and a port or a speed that is none.
+/// missing device, a port or a speed that is none, and for `can…`, which is not built yet.
 [[nodiscard]] LinkUrl parse_link_url(const std::string& url);
 
 }  // namespace sc::host

@@ -74,7 +74,7 @@ protected:
         } else if (const auto frame = node.sdo_frame(tick)) {
             answer(*frame);
         }
-        if (const auto frame = node.nmt_frame(0)) {
+        if (const auto frame = node.nmt_frame()) {
             nmt = frame->data[0];
         }
         ++tick;
