@@ -124,6 +124,17 @@ void scan(const TripleHeadOptions& options, const std::vector<Stand>& stands,
     }
 }
 
+/// The faces of --points, read now or before.
+TripleHeadFit fit_given_faces(const TripleHeadOptions& options, const CalibrationSet& set) {
+    const KnownFaces faces(set, *options.points);
+    if (!options.readings) {
+        scan(options, options.angles ? read_angles(*options.angles) : stands_of(faces, options.looks_deg),
+             std::nullopt);
+    }
+    return fit_triple_head(faces, options.readings.value_or(options.out / "readings.csv"), options.looks_deg,
+                           options.accuracy_um * 1e-6);
+}
+
 }  // namespace
 
 TripleHeadFit fit_triple_head(const KnownFaces& faces, const std::filesystem::path& readings, double looks_deg,
@@ -217,26 +228,16 @@ TripleHeadOutcome run_triple_head(const TripleHeadOptions& options) {
     }
     const CalibrationSet set =
         read_calibration(options.calibration.value_or(options.cell.value_or(".") / "calibration.toml"));
-    TripleHeadOutcome out;
-    if (options.points) {
-        const KnownFaces faces(set, *options.points);
-        if (!options.readings) {
-            scan(options, options.angles ? read_angles(*options.angles) : stands_of(faces, options.looks_deg),
-                 std::nullopt);
-        }
-        out.fit = fit_triple_head(faces, options.readings.value_or(options.out / "readings.csv"), options.looks_deg,
-                                  options.accuracy_um * 1e-6);
-    } else {
-        out.fit = scan_simulated_sides(options, set, *options.cell);
-    }
-    out.set = set;
-    out.set.parents = {set.id};
-    out.set.id += "+triple-head";
-    out.set.time = now_text();
-    put_triple_head(out.set, out.fit, out.set.time);
-    out.files = (options.out / "calibration.toml").string();
-    static_cast<void>(write_calibration(out.files, out.set));
-    return out;
+    const TripleHeadFit fit =
+        options.points ? fit_given_faces(options, set) : scan_simulated_sides(options, set, *options.cell);
+    CalibrationSet with = set;
+    with.parents = {set.id};
+    with.id += "+triple-head";
+    with.time = now_text();
+    put_triple_head(with, fit, with.time);
+    const std::filesystem::path file = options.out / "calibration.toml";
+    static_cast<void>(write_calibration(file, with));
+    return {.fit = fit, .set = with, .files = file.string()};
 }
 
 }  // namespace sc::host::cli
