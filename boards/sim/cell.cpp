@@ -68,7 +68,7 @@ std::unique_ptr<replay::LogFile> open_record(const CellOptions& options, const M
 SimCell::SimCell(const CellOptions& options)
     : options_(with_directory(options)),
       world_(options_.world),
-      plant_(options_.machine, world_, options_.script, safety::frame_guard),
+      plant_(options_.machine, world_, options_.script, safety::frame_guard, options_.drives),
       traces_(options_.out, options_.command_trace, trace_header_json(options_.machine, world_)),
       link_(make_link_line(options_.carrier, options_.baud, options_.machine.control_period_ns)),
       retained_(options_.memory),
@@ -159,7 +159,9 @@ CellReport SimCell::report() const {
     report.beam = plant_.beam_counters();
     report.pulse_width_ns = plant_.mopa().width_ns();
     report.galvo_words_dropped = plant_.galvo_words_dropped();
-    report.command_trace_sha256 = traces_.command_sha256();
+    report.command_trace_sha256 = traces_.hashes().commands();
+    report.set_point_sha256 = traces_.hashes().set_points();
+    report.laser_sha256 = traces_.hashes().laser();
     report.script_events = plant_.fault_records();
     report.errors = world_.errors();
     return report;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "boards/memory/retained_file.hpp"
 #include "boards/replay/log_file.hpp"
 #include "boards/sim/cell_report.hpp"
 #include "boards/sim/cell_traces.hpp"
@@ -15,7 +16,6 @@
 #include "boards/sim/link_line.hpp"
 #include "boards/sim/parameter_file.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
-#include "boards/sim/retained_file.hpp"
 #include "boards/sim/world/world.hpp"
 #include "firmware/link/seal_gate.hpp"
 #include "shared/codes/state.hpp"
@@ -38,6 +38,7 @@ struct CellOptions {
     std::optional<link::SealSecret> seal{};  ///< the controller takes sealed commands only
     bool command_trace = false;              ///< write command.trace too
     PulseSink on_pulse{};                    ///< called besides the trace; may be empty
+    PlantDrives drives{};                    ///< the controller has to be made for their buses
     MakeController controller = make_local_controller;
 };
 
@@ -85,7 +86,7 @@ private:
     std::unique_ptr<LinkLine> link_;
     std::vector<std::uint8_t> link_rx_;
     std::vector<std::uint8_t> link_tx_;
-    RetainedFile retained_;
+    memory::RetainedFile retained_;
     ParameterFile parameters_;
     StartingMachine start_;
     std::unique_ptr<ControllerHost> controller_;

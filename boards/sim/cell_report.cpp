@@ -81,6 +81,8 @@ std::string to_json(const CellReport& report) {
                     {"unlit", report.laser.unlit},
                     {"last_pulse_ns", report.last_pulse_ns},
                     {"command_trace_sha256", report.command_trace_sha256},
+                    {"set_point_sha256", report.set_point_sha256},
+                    {"laser_sha256", report.laser_sha256},
                     {"board", report.board},
                     {"figures", figures_json(report.figures)},
                     {"pulses_not_allowed", report.laser.not_allowed},

@@ -29,7 +29,9 @@ struct CellReport {
     unsigned pulse_width_ns = 0;
     std::uint64_t galvo_words_dropped = 0;
     std::string command_trace_sha256;
-    std::string board;  ///< where the controller ran
+    std::string set_point_sha256;  ///< changes of the axes' set-points while marking
+    std::string laser_sha256;      ///< runs of triggers, each by its time after the one before
+    std::string board;             ///< where the controller ran
     std::optional<BoardFigures> figures;
     std::vector<FaultRecord> script_events;
     std::vector<KnownError> errors;

@@ -95,7 +95,8 @@ void CellTraces::pulse(const trace::PulseRecord& record) {
 }
 
 void CellTraces::tick(std::int64_t tick, const ServoOutputs& outputs, const AxisPositions& encoders) {
-    for (std::size_t i = 0; i < outputs.pulses_size; ++i) {
+    hashes_.tick(outputs);
+    for (std::size_t i = 0; commands_ && i < outputs.pulses_size; ++i) {
         command(outputs.pulses[i]);
     }
     if (samples_) {
@@ -125,19 +126,8 @@ void CellTraces::sample(std::int64_t tick, const ServoOutputs& outputs, const Ax
 }
 
 void CellTraces::command(const PathPulse& pulse) {
-    std::array<std::uint8_t, trace::kCommandRecordSize> bytes{};
-    trace::pack(trace::CommandRecord{pulse.path, pulse.pass, pulse.number, pulse.s_pm, pulse.place_pm,
-                                     pulse.energy_code, pulse.t_ns},
-                bytes);
-    hash_.update(bytes);
-    if (commands_) {
-        commands_->write(bytes);
-    }
-}
-
-std::string CellTraces::command_sha256() const {
-    const auto digits = to_hex(hash_.digest());
-    return {digits.begin(), digits.end()};
+    put<trace::kCommandRecordSize>(*commands_, trace::CommandRecord{pulse.path, pulse.pass, pulse.number, pulse.s_pm,
+                                                                    pulse.place_pm, pulse.energy_code, pulse.t_ns});
 }
 
 void CellTraces::flush() {

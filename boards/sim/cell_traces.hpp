@@ -5,10 +5,10 @@
 #include <memory>
 #include <string>
 
+#include "boards/sim/plant/output_hashes.hpp"
 #include "boards/sim/trace_file.hpp"
 #include "boards/sim/world/world.hpp"
 #include "firmware/hal/io.hpp"
-#include "shared/hash/sha256.hpp"
 #include "shared/trace/trace.hpp"
 
 namespace sc::sim {
@@ -28,8 +28,8 @@ public:
     void pulse(const trace::PulseRecord& record);
     /// Outputs of a tick with the encoders at its beginning. Flushes ten times a second of control time.
     void tick(std::int64_t tick, const ServoOutputs& outputs, const AxisPositions& encoders);
-    /// SHA-256 over all commands so far, hexadecimal.
-    [[nodiscard]] std::string command_sha256() const;
+    /// Of all commands, set-points and laser runs so far.
+    [[nodiscard]] const OutputHashes& hashes() const { return hashes_; }
     void flush();
     /// Gives the files their names.
     void close();
@@ -41,7 +41,7 @@ private:
     std::unique_ptr<TraceFile> pulses_;
     std::unique_ptr<TraceFile> samples_;
     std::unique_ptr<TraceFile> commands_;
-    Sha256 hash_;
+    OutputHashes hashes_;
 };
 
 }  // namespace sc::sim

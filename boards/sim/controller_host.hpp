@@ -45,8 +45,9 @@ using MakeController = std::function<std::unique_ptr<ControllerHost>(const Machi
 /// The controller in this process.
 class LocalController final : public ControllerHost {
 public:
-    LocalController(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained)
-        : controller_(machine, boot_id, retained) {}
+    LocalController(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained,
+                    const DrivePlan& drives = kPlainDrives)
+        : controller_(machine, boot_id, retained, drives) {}
 
     void tick(const ServoInputs& inputs, ServoOutputs& outputs) override {
         controller_.servo_step(inputs, outputs);

@@ -11,7 +11,9 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "boards/drive_file/drive_file.hpp"
 #include "boards/mps2_an500/pc/m7_controller.hpp"
+#include "boards/port/port.hpp"
 #include "boards/replay/key_file.hpp"
 #include "boards/sim/cell.hpp"
 #include "boards/sim/lock_step.hpp"
@@ -19,6 +21,7 @@
 #include "boards/sim/plant/fault_script.hpp"
 #include "boards/sim/real_time.hpp"
 #include "boards/sim/world/world_error.hpp"
+#include "shared/drives/bus_budget.hpp"
 
 namespace {
 
@@ -67,6 +70,7 @@ struct Arguments {
     double speed = 1.0;
     bool command_trace = false;
     std::string controller = "local";
+    std::string drives;
     std::string m7_image;
     std::string record;
     std::string key;
@@ -106,6 +110,8 @@ void describe(CLI::App& app, Arguments& a) {
                    "Hz; nominal pulse rate of the laser (default: the reference cell's)")
         ->check(CLI::Range(20e3, 1.5e6))
         ->type_name("HZ");
+    app.add_option("--drives", a.drives, "machine file with [drives.*] tables: plan and quirks of the drives")
+        ->type_name("FILE");
     app.add_option("--machine", a.machine,
                    "what the controller is told of its machine in place of the truth, e.g. galvo.latency_us=0")
         ->type_name("KEY=VALUE");
@@ -158,6 +164,26 @@ sc::sim::LinkCarrier carrier_of(const Arguments& a) {
     return a.carrier == "can" ? sc::sim::LinkCarrier::can : sc::sim::LinkCarrier::canfd;
 }
 
+/// Plan, nodes and cycle for controller and drives, quirks for the drives.
+void take_drives(const Arguments& a, sc::sim::CellOptions& options) {
+    if (a.controller != "local") {
+        throw std::invalid_argument("--drives: only the controller in this process takes another plan");
+    }
+    const sc::drive_file::DriveFile file = sc::drive_file::read_drive_file(a.drives, options.machine);
+    for (std::size_t i = 0; i < sc::kAxisCount; ++i) {
+        options.drives.quirks.at(i) = sc::sim::drive_quirks(file.quirks.at(i));
+        options.drives.second_bus.at(i) = file.plan.drive.at(i).bus == 1;
+    }
+    if (!sc::drives::bus_budget(options.machine, file.plan)) {
+        throw std::invalid_argument("--drives " + a.drives + ":\n" +
+                                    sc::drive_file::budget_text(options.machine, file.plan));
+    }
+    options.controller = [plan = file.plan](const sc::MachineConfig& machine, std::uint32_t boot_id,
+                                            sc::RetainedMemory* retained) -> std::unique_ptr<sc::sim::ControllerHost> {
+        return std::make_unique<sc::sim::LocalController>(machine, boot_id, retained, plan);
+    };
+}
+
 sc::sim::CellOptions options_of(const Arguments& a) {
     sc::sim::CellOptions options;
     options.world = a.world.empty() ? default_world() : std::filesystem::path(a.world);
@@ -177,6 +203,9 @@ sc::sim::CellOptions options_of(const Arguments& a) {
         options.machine.laser.prr_nominal = sc::Frequency::from_si(a.prr_nominal_hz);
     }
     sc::sim::set_machine(options.machine, a.machine);
+    if (!a.drives.empty()) {
+        take_drives(a, options);
+    }
     if (!a.key.empty()) {
         options.seal = sc::replay::secret_of(sc::replay::read_key_file(a.key));
     }
@@ -195,7 +224,7 @@ void catch_signals() {
 }
 
 void serve_port(sc::sim::SimCell& cell, const Arguments& a) {
-    const auto port = a.pty ? sc::sim::open_pty() : sc::sim::open_tcp(static_cast<std::uint16_t>(a.tcp));
+    const auto port = a.pty ? sc::port::open_pty() : sc::port::open_tcp(static_cast<std::uint16_t>(a.tcp));
     std::printf("%s\n", port->name().c_str());
     std::fflush(stdout);
     sc::sim::serve_real_time(cell, *port, a.speed, &stop_asked);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "boards/sim/real_time.hpp"
 
+#include <array>
 #include <chrono>
+#include <span>
+#include <vector>
 
 #include <poll.h>
 #include <spdlog/spdlog.h>
@@ -36,19 +39,20 @@ private:
     std::int64_t cell_begin_ns_ = 0;
 };
 
-void exchange(SimCell& cell, Port& port, std::vector<std::uint8_t>& buffer) {
+void exchange(SimCell& cell, port::Port& port, std::vector<std::uint8_t>& buffer) {
     buffer.clear();
     if (cell.take_link(buffer) > 0) {
         port.send(buffer);
     }
-    buffer.clear();
-    port.receive(buffer);
-    cell.push_link(buffer);
+    std::array<std::uint8_t, 4096> received{};
+    while (const std::size_t n = port.receive(received)) {
+        cell.push_link(std::span(received).first(n));
+    }
 }
 
 }  // namespace
 
-void serve_real_time(SimCell& cell, Port& port, double speed, const volatile bool* stop) {
+void serve_real_time(SimCell& cell, port::Port& port, double speed, const volatile bool* stop) {
     Pace pace(cell.now_ns(), speed);
     std::vector<std::uint8_t> buffer;
     while (!*stop) {

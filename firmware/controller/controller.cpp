@@ -21,13 +21,14 @@ constexpr std::uint8_t home_axes(std::uint8_t stage) noexcept {
 
 }  // namespace
 
-Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained) noexcept
+Controller::Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained,
+                       const DrivePlan& drives) noexcept
     : machine_(machine),
       link_(machine, boot_id),
-      drives_(machine_),
+      drives_(machine_, drives),
       mo_(machine.laser.mo_wait_ns, machine.control_period_ns),
       shutter_(machine.laser.shutter_time_ns, machine.control_period_ns),
-      following_(machine_),
+      following_(machine_, most_status_every(drives)),
       head_(machine.galvo),
       power_(machine.laser),
       mopa_(machine.laser.source, machine.control_period_ns),

@@ -35,8 +35,16 @@ namespace sc {
 class Controller {
 public:
     /// `boot_id` should differ at each start. `retained` outlives the controller; null: the board keeps nothing without
-    /// power.
-    Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained = nullptr) noexcept;
+    /// power. `drives`: how the drives are spoken to, as the board's machine file has it.
+    Controller(const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained = nullptr,
+               const DrivePlan& drives = kPlainDrives) noexcept;
+
+    /// Uses a drive's SDO channel while the master does not. Outlives the controller.
+    void serve_drive(std::size_t axis, drives::SdoService* service) noexcept { drives_.attach(axis, service); }
+    /// Share of the drive bus, or why it is refused: then no drive will ever be present.
+    [[nodiscard]] const std::expected<drives::BusBudget, Refusal>& drive_budget() const noexcept {
+        return drives_.budget();
+    }
 
     /// Where parameters are kept without power, and the generation of those that `machine` came from (0: the board's
     /// own). Once, before the first step.

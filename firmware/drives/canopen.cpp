@@ -68,6 +68,19 @@ DriveFrame rpdo1(std::uint8_t node, std::uint16_t controlword, std::int32_t targ
     return frame;
 }
 
+DriveFrame rpdo_pair(std::uint8_t first_node, std::int32_t first, std::int32_t second) noexcept {
+    DriveFrame frame = to_node(kRpdo1Base, first_node, 8);
+    put(frame, 0, std::bit_cast<std::uint32_t>(first), 4);
+    put(frame, 4, std::bit_cast<std::uint32_t>(second), 4);
+    return frame;
+}
+
+DriveFrame rpdo2(std::uint8_t node, std::uint16_t controlword) noexcept {
+    DriveFrame frame = to_node(kRpdo2Base, node, 2);
+    put(frame, 0, controlword, 2);
+    return frame;
+}
+
 DriveFrame sdo_download(std::uint8_t node, const ObjectKey& key, std::uint32_t value) noexcept {
     const std::uint32_t unused = 4U - key.size;
     DriveFrame frame = sdo(node, key, static_cast<std::uint8_t>(0x23U | (unused << 2U)));

@@ -16,6 +16,7 @@ inline constexpr std::uint16_t kSyncId = 0x080;
 inline constexpr std::uint16_t kEmcyBase = 0x080;
 inline constexpr std::uint16_t kTpdo1Base = 0x180;
 inline constexpr std::uint16_t kRpdo1Base = 0x200;
+inline constexpr std::uint16_t kRpdo2Base = 0x300;
 inline constexpr std::uint16_t kSdoReplyBase = 0x580;
 inline constexpr std::uint16_t kSdoRequestBase = 0x600;
 inline constexpr std::uint16_t kHeartbeatBase = 0x700;
@@ -56,6 +57,9 @@ struct Emergency {
 [[nodiscard]] DriveFrame sync() noexcept;
 [[nodiscard]] DriveFrame heartbeat(std::uint8_t node, NmtState state) noexcept;
 [[nodiscard]] DriveFrame rpdo1(std::uint8_t node, std::uint16_t controlword, std::int32_t target) noexcept;
+/// RPDO1 of a pair, under the identifier of its first drive: both targets. RPDO2 of each of the two: 6040.
+[[nodiscard]] DriveFrame rpdo_pair(std::uint8_t first_node, std::int32_t first, std::int32_t second) noexcept;
+[[nodiscard]] DriveFrame rpdo2(std::uint8_t node, std::uint16_t controlword) noexcept;
 [[nodiscard]] DriveFrame sdo_download(std::uint8_t node, const ObjectKey& key, std::uint32_t value) noexcept;
 [[nodiscard]] DriveFrame sdo_upload(std::uint8_t node, const ObjectKey& key) noexcept;
 

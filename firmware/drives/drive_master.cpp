@@ -4,7 +4,7 @@
 namespace sc::drives {
 namespace {
 
-void append(ServoOutputs& out, const DriveFrame& frame) noexcept {
+[[gnu::noinline]] void append(ServoOutputs& out, const DriveFrame& frame) noexcept {
     if (out.drive_tx_size < out.drive_tx.size()) {
         out.drive_tx[out.drive_tx_size++] = frame;
     }
@@ -37,12 +37,19 @@ bool wants_home(const Request& request, std::size_t axis) noexcept {
 
 }  // namespace
 
-DriveMaster::DriveMaster(const MachineConfig& machine) noexcept
-    : budget_(bus_budget(machine)),
-      nodes_{DriveNode(machine, 0), DriveNode(machine, 1), DriveNode(machine, 2), DriveNode(machine, 3)},
+[[gnu::cold]] DriveMaster::DriveMaster(const MachineConfig& machine, const DrivePlan& plan) noexcept
+    : budget_(bus_budget(machine, plan)),
+      nodes_{DriveNode(machine, 0, plan), DriveNode(machine, 1, plan), DriveNode(machine, 2, plan),
+             DriveNode(machine, 3, plan)},
       cycle_ticks_(machine.drive_cycle_ticks > 0 ? static_cast<std::int64_t>(machine.drive_cycle_ticks) : 1) {
     const std::int64_t period = machine.control_period_ns > 0 ? machine.control_period_ns : 1;
     heartbeat_ticks_ = kHeartbeatPeriodNs / period > 0 ? kHeartbeatPeriodNs / period : 1;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const DriveOptions& options = plan.drive[axis];
+        buses_ = static_cast<std::uint8_t>(buses_ | (options.bus == 0 ? 1U : 2U));
+        any_paired_ = any_paired_ || options.paired;
+        pairs_[axis] = options.paired ? target_pair(plan, axis) : TargetPair{};
+    }
 }
 
 Outcome DriveMaster::step(std::int64_t tick, std::span<const DriveFrame> received, const Request& request,
@@ -109,10 +116,38 @@ NodeRequest DriveMaster::node_request(std::size_t axis, const Request& request) 
 void DriveMaster::receive(std::span<const DriveFrame> received, std::int64_t tick) noexcept {
     for (const DriveFrame& frame : received) {
         for (DriveNode& node : nodes_) {
-            if ((frame.id & canopen::kNodeMask) == node.node()) {
+            if ((frame.id & (canopen::kNodeMask | kSecondDriveBus)) == node.address()) {
                 node.receive(frame, tick);
             }
         }
+    }
+}
+
+void DriveMaster::send_targets(ServoOutputs& out) noexcept {
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        const DriveNode& node = nodes_[axis];
+        const TargetPair pair = pairs_[axis];
+        const DriveNode& other = nodes_[pair.second];
+        if (node.paired() && pair.first == axis && (node.present() || other.present())) {
+            DriveFrame frame = canopen::rpdo_pair(static_cast<std::uint8_t>(node.address() & canopen::kNodeMask),
+                                                  node.target_counts(), other.target_counts());
+            frame.id = static_cast<std::uint16_t>(frame.id | node.bus_bit());
+            append(out, frame);
+        }
+    }
+}
+
+/// One a cycle, as the budget has it; a quick stop goes first.
+[[gnu::noinline]] void DriveMaster::send_controlword(std::uint16_t bus_bit, ServoOutputs& out) noexcept {
+    DriveNode* chosen = nullptr;
+    for (DriveNode& node : nodes_) {
+        if (node.bus_bit() == bus_bit && node.controlword_due() &&
+            (chosen == nullptr || (node.urgent() && !chosen->urgent()))) {
+            chosen = &node;
+        }
+    }
+    if (chosen != nullptr) {
+        append(out, chosen->controlword_frame());
     }
 }
 
@@ -120,18 +155,36 @@ void DriveMaster::send_cycle(ServoOutputs& out) noexcept {
     for (const DriveNode& node : nodes_) {
         append(out, node.rpdo_frame());
     }
-    append(out, canopen::sync());
+    if (any_paired_) {
+        send_targets(out);
+        send_controlword(0, out);
+        send_controlword(kSecondDriveBus, out);
+    }
+    append_on_buses(out, canopen::sync());
+}
+
+[[gnu::noinline]] void DriveMaster::append_on_buses(ServoOutputs& out, const DriveFrame& frame) const noexcept {
+    for (std::uint16_t bus = 0; bus < kDriveBuses; ++bus) {
+        if (((buses_ >> bus) & 1U) != 0) {
+            DriveFrame here = frame;
+            here.id = static_cast<std::uint16_t>(frame.id | (bus == 0 ? 0U : kSecondDriveBus));
+            append(out, here);
+        }
+    }
 }
 
 void DriveMaster::send_other(std::int64_t tick, bool cycle, ServoOutputs& out) noexcept {
     if (tick % heartbeat_ticks_ == 0) {
-        append(out, canopen::heartbeat(canopen::kMasterNode, canopen::NmtState::operational));
+        append_on_buses(out, canopen::heartbeat(canopen::kMasterNode, canopen::NmtState::operational));
     }
-    // Kept out of the ticks with a SYNC, where the drives answer with their PDOs.
-    const bool sdo_allowed = !cycle || cycle_ticks_ == 1;
-    for (DriveNode& node : nodes_) {
-        append(out, node.nmt_frame());
-        if (sdo_allowed) {
+    // Kept out of the ticks with a SYNC, where the drives answer with their PDOs; with a SYNC in each tick, few and in
+    // turn.
+    const auto turn = static_cast<std::size_t>(tick / kServiceTicks) % kAxisCount;
+    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+        DriveNode& node = nodes_[axis];
+        append(out, node.nmt_frame(tick / cycle_ticks_));
+        const bool in_turn = cycle_ticks_ == 1 && tick % kServiceTicks == 0 && axis == turn;
+        if (!cycle || in_turn) {
             append(out, node.sdo_frame(tick));
         }
     }

@@ -6,10 +6,10 @@
 #include <expected>
 #include <span>
 
-#include "firmware/drives/bus_budget.hpp"
 #include "firmware/drives/drive_node.hpp"
 #include "firmware/hal/io.hpp"
 #include "shared/codes/codes.hpp"
+#include "shared/drives/bus_budget.hpp"
 #include "shared/machine/machine.hpp"
 
 /// CiA 402 master for the four axes, in cyclic synchronous position mode over CANopen: NMT, set-up by expedited SDO,
@@ -57,7 +57,12 @@ struct Outcome {
 /// 14 frames out of kDriveFramesPerTick.
 class DriveMaster {
 public:
-    explicit DriveMaster(const MachineConfig& machine) noexcept;
+    explicit DriveMaster(const MachineConfig& machine, const DrivePlan& plan = kPlainDrives) noexcept;
+
+    /// Uses the drive's SDO channel while the master does not. Outlives the master; null: nobody.
+    void attach(std::size_t axis, SdoService* service) noexcept {
+        nodes_[axis < kAxisCount ? axis : 0].attach(service);
+    }
 
     /// Share of the bus at worst, or why the configuration is refused; a refused master sends nothing and finds no
     /// drive present.
@@ -85,12 +90,18 @@ private:
     [[nodiscard]] NodeRequest node_request(std::size_t axis, const Request& request) const noexcept;
     void receive(std::span<const DriveFrame> received, std::int64_t tick) noexcept;
     void send_cycle(ServoOutputs& out) noexcept;
+    void append_on_buses(ServoOutputs& out, const DriveFrame& frame) const noexcept;
+    void send_targets(ServoOutputs& out) noexcept;
+    void send_controlword(std::uint16_t bus_bit, ServoOutputs& out) noexcept;
     void send_other(std::int64_t tick, bool cycle, ServoOutputs& out) noexcept;
     [[nodiscard]] Outcome outcome(const Request& request) const noexcept;
     [[nodiscard]] AxisStatus status(const DriveNode& node) const noexcept;
 
     std::expected<BusBudget, Refusal> budget_;
     std::array<DriveNode, kAxisCount> nodes_;
+    std::array<TargetPair, kAxisCount> pairs_{};
+    std::uint8_t buses_ = 0;  ///< bits: those that have a drive
+    bool any_paired_ = false;
     std::int64_t cycle_ticks_ = 1;
     std::int64_t heartbeat_ticks_ = 1;
     bool all_enabled_ = false;

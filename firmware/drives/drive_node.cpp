@@ -6,11 +6,18 @@ namespace {
 
 using axis402::PowerState;
 
-constexpr std::int64_t kBootTicks = 1000;  ///< reset again if no boot-up came
-constexpr std::int64_t kPauseTicks = 500;  ///< between a failure and the next reset
-constexpr std::int64_t kStartTicks = 100;  ///< from NMT start to the first status
-constexpr std::int64_t kStatusCycles = 5;  ///< missed in a row: the drive is lost
-constexpr std::uint8_t kResetCycles = 25;  ///< how long a fault reset is tried
+constexpr std::int64_t kBootTicks = 1000;   ///< reset again if no boot-up came
+constexpr std::int64_t kPauseTicks = 500;   ///< between a failure and the next reset
+constexpr std::int64_t kStartTicks = 100;   ///< from NMT start to the first status
+constexpr std::int64_t kStatusCycles = 5;   ///< missed in a row: the drive is lost
+constexpr std::uint8_t kResetCycles = 25;   ///< how long a fault reset is tried
+constexpr std::uint8_t kRepeatCycles = 50;  ///< a paired drive's controlword is sent again after so many
+constexpr canopen::ObjectKey kOutputs{.index = 0x60FE, .sub = 1, .size = 4};  ///< bit 0: the brake closes
+
+std::uint16_t brake_ticks(std::uint16_t ms, std::int64_t period_ns) noexcept {
+    constexpr std::int64_t kNsPerMs = 1'000'000;
+    return static_cast<std::uint16_t>((ms * kNsPerMs + period_ns - 1) / period_ns & 0xFFFF);
+}
 
 bool is_fault(PowerState power) noexcept {
     return power == PowerState::fault || power == PowerState::fault_reaction_active;
@@ -18,14 +25,22 @@ bool is_fault(PowerState power) noexcept {
 
 }  // namespace
 
-DriveNode::DriveNode(const MachineConfig& machine, std::size_t axis) noexcept : setup_(machine, axis) {
+[[gnu::cold]] DriveNode::DriveNode(const MachineConfig& machine, std::size_t axis, const DrivePlan& plan) noexcept
+    : setup_(machine, axis, plan) {
     const AxisConfig& config = machine.axis[axis < kAxisCount ? axis : 0];
+    const DriveOptions& options = plan.drive[axis < kAxisCount ? axis : 0];
     const std::int64_t period = machine.control_period_ns > 0 ? machine.control_period_ns : 1;
     const double units = axis == index(Axis::c) ? kNdegPerDegree : kPmPerMetre;
     units_per_count_ = config.counts_per_unit > 0.0 ? units / config.counts_per_unit : 1.0;
     heartbeat_ticks_ = machine.heartbeat_timeout_ns / period;
-    status_ticks_ = kStatusCycles * static_cast<std::int64_t>(machine.drive_cycle_ticks);
+    status_every_ = options.status_every;
+    status_ticks_ = kStatusCycles * static_cast<std::int64_t>(machine.drive_cycle_ticks) * status_every_;
     node_ = config.drive_node;
+    bus_bit_ = options.bus == 0 ? std::uint16_t{0} : kSecondDriveBus;
+    paired_ = options.paired;
+    turn_ = static_cast<std::uint8_t>(axis % (status_every_ > 0 ? status_every_ : 1));
+    release_ticks_ = brake_ticks(options.brake_release_ms, period);
+    apply_ticks_ = brake_ticks(options.brake_apply_ms, period);
 }
 
 void DriveNode::enter(Phase phase, std::int64_t tick) noexcept {
@@ -36,6 +51,8 @@ void DriveNode::enter(Phase phase, std::int64_t tick) noexcept {
         following_ = false;
         controlword_ = axis402::kDisableVoltage;
         power_ = PowerState::unknown;
+        brake_ = Brake::closed;
+        unsent_cycles_ = kRepeatCycles;
     }
 }
 
@@ -46,11 +63,14 @@ void DriveNode::boot_up(std::int64_t tick) noexcept {
     step_begun_ = false;
     error_code_ = 0;
     reset_cycles_ = 0;
+    if (service_ != nullptr) {
+        service_->restarted();
+    }
     enter(Phase::setup, tick);
 }
 
 void DriveNode::receive(const DriveFrame& frame, std::int64_t tick) noexcept {
-    const auto base = static_cast<std::uint16_t>(frame.id - node_);
+    const auto base = static_cast<std::uint16_t>(frame.id - address());
     if (base == canopen::kHeartbeatBase && frame.size == 1) {
         const std::uint8_t state = frame.data[0];
         if (state == static_cast<std::uint8_t>(canopen::NmtState::boot_up)) {
@@ -59,6 +79,9 @@ void DriveNode::receive(const DriveFrame& frame, std::int64_t tick) noexcept {
             heard_tick_ = tick;
         }
     } else if (base == canopen::kSdoReplyBase) {
+        if (service_ != nullptr && sdo_.result() != SdoClient::Result::busy) {
+            service_->receive(frame);
+        }
         sdo_.receive(frame);
     } else if (base == canopen::kEmcyBase) {
         const auto emergency = canopen::read_emergency(frame);
@@ -94,7 +117,7 @@ void DriveNode::update(const NodeRequest& request, std::int64_t tick, bool cycle
             break;
         case Phase::operational:
             watch_liveness(tick);
-            operate(request, cycle);
+            operate(request, tick, cycle);
             break;
         case Phase::pausing:
             if (waited >= kPauseTicks) {
@@ -125,9 +148,9 @@ void DriveNode::run_setup(std::int64_t tick) noexcept {
 }
 
 void DriveNode::begin_step() noexcept {
-    const SetupStep& step = setup_[step_];
+    const SetupStep step = setup_[step_];
     step_begun_ = true;
-    reading_back_ = step.kind == SetupStep::Kind::expect_bits;
+    reading_back_ = step.kind == SetupStep::Kind::expect_bits || step.kind == SetupStep::Kind::expect_value;
     if (reading_back_) {
         sdo_.read(step.key);
     } else {
@@ -136,7 +159,7 @@ void DriveNode::begin_step() noexcept {
 }
 
 bool DriveNode::step_done(bool& failed) noexcept {
-    const SetupStep& step = setup_[step_];
+    const SetupStep step = setup_[step_];
     switch (sdo_.result()) {
         case SdoClient::Result::busy: return false;
         case SdoClient::Result::aborted: failed = step.kind != SetupStep::Kind::write_optional; return true;
@@ -149,7 +172,7 @@ bool DriveNode::step_done(bool& failed) noexcept {
         sdo_.read(step.key);
         return false;
     }
-    if (step.kind == SetupStep::Kind::write_checked) {
+    if (step.kind == SetupStep::Kind::write_checked || step.kind == SetupStep::Kind::expect_value) {
         failed = sdo_.value() != step.value;
     } else if (step.kind == SetupStep::Kind::expect_bits) {
         failed = (sdo_.value() & step.value) != step.value;
@@ -164,23 +187,65 @@ void DriveNode::watch_liveness(std::int64_t tick) noexcept {
     }
 }
 
-void DriveNode::operate(const NodeRequest& request, bool cycle) noexcept {
+void DriveNode::run_brake(const NodeRequest& request, std::int64_t tick) noexcept {
+    if (power_ != PowerState::operation_enabled) {
+        brake_ = Brake::closed;
+        return;
+    }
+    const std::int64_t waited = tick - brake_tick_;
+    const bool tell = apply_ticks_ > 0 && !homing_.active();
+    const bool told = sdo_.result() != SdoClient::Result::busy;
+    if (request.power && (brake_ == Brake::closed || brake_ == Brake::closing) && told) {
+        brake_ = Brake::opening;
+        brake_tick_ = tick;
+        if (tell) {
+            sdo_.write(kOutputs, 0);
+        }
+    } else if (!request.power && (brake_ == Brake::open || brake_ == Brake::opening) && !homing_.active() && told) {
+        brake_ = Brake::closing;
+        brake_tick_ = tick;
+        if (tell) {
+            sdo_.write(kOutputs, 1);
+        }
+    } else if (!told) {
+        brake_tick_ = tick;
+    } else if (brake_ == Brake::opening && waited >= release_ticks_) {
+        brake_ = Brake::open;
+    } else if (brake_ == Brake::closing && waited >= apply_ticks_) {
+        brake_ = Brake::closed;
+    }
+}
+
+void DriveNode::operate(const NodeRequest& request, std::int64_t tick, bool cycle) noexcept {
     if (phase_ != Phase::operational) {
         return;
     }
     if (new_status_) {
         power_ = axis402::decode(statusword_);
     }
-    homing_.step({.wanted = request.home, .power = power_, .statusword = statusword_, .new_status = new_status_}, sdo_);
+    const bool brake = release_ticks_ + apply_ticks_ > 0;
+    if (brake) {
+        run_brake(request, tick);
+    }
+    const bool released = !brake || brake_ == Brake::open;
+    homing_.step({.wanted = request.home && (released || homing_.active()),
+                  .power = power_,
+                  .statusword = statusword_,
+                  .new_status = new_status_},
+                 sdo_);
     // The caller learns of it with this tick's outcome and starts its set-point at `actual` in the next.
     const bool announced = following_;
-    following_ = enabled() && !homing_.active() && !request.home && (following_ || request.may_follow);
+    following_ = enabled() && released && !homing_.active() && !request.home && (following_ || request.may_follow);
     if (request.reset && power_ == PowerState::fault && reset_cycles_ == 0) {
         reset_cycles_ = 1;
         error_code_ = 0;
     }
     if (cycle) {
-        controlword_ = command(request);
+        // The word of a paired drive goes by itself: none is skipped.
+        if (!paired_ || controlword_ == sent_controlword_) {
+            controlword_ = command(request);
+        }
+        unsent_cycles_ = static_cast<std::uint8_t>(unsent_cycles_ + (unsent_cycles_ < kRepeatCycles ? 1 : 0));
         choose_target(request, announced && following_);
     }
 }
@@ -194,7 +259,8 @@ std::uint16_t DriveNode::command(const NodeRequest& request) noexcept {
     if (request.quick_stop && stopping) {
         return axis402::kQuickStop;
     }
-    const std::uint16_t word = axis402::next_controlword(power_, request.power && !request.quick_stop);
+    const bool held = apply_ticks_ > 0 && power_ == PowerState::operation_enabled && brake_ != Brake::closed;
+    const std::uint16_t word = axis402::next_controlword(power_, (request.power || held) && !request.quick_stop);
     const bool homing = word == axis402::kEnableOperation && homing_.start_bit();
     return homing ? static_cast<std::uint16_t>(word | axis402::kHomingStart) : word;
 }
@@ -216,31 +282,54 @@ void DriveNode::choose_target(const NodeRequest& request, bool follow) noexcept 
     }
 }
 
-std::optional<DriveFrame> DriveNode::nmt_frame() noexcept {
-    if (!nmt_due_) {
+std::optional<DriveFrame> DriveNode::nmt_frame(std::int64_t cycle) noexcept {
+    const bool start = phase_ == Phase::starting;
+    if (!nmt_due_ || (start && status_every_ > 1 && cycle % status_every_ != turn_)) {
         return std::nullopt;
     }
     nmt_due_ = false;
-    const bool start = phase_ == Phase::starting;
-    return canopen::nmt(start ? canopen::NmtCommand::start : canopen::NmtCommand::reset_node, node_);
+    return on_bus(canopen::nmt(start ? canopen::NmtCommand::start : canopen::NmtCommand::reset_node, node_));
 }
 
 std::optional<DriveFrame> DriveNode::sdo_frame(std::int64_t tick) noexcept {
     const bool may_talk = phase_ == Phase::setup || phase_ == Phase::operational;
-    return may_talk ? sdo_.poll(node_, tick) : std::nullopt;
+    if (!may_talk) {
+        return std::nullopt;
+    }
+    std::optional<DriveFrame> frame = sdo_.poll(node_, tick);
+    if (!frame && service_ != nullptr && phase_ == Phase::operational && sdo_.result() != SdoClient::Result::busy) {
+        frame = service_->poll(node_, tick);
+    }
+    return frame ? on_bus(*frame) : frame;
 }
 
 std::optional<DriveFrame> DriveNode::rpdo_frame() const noexcept {
-    if (phase_ != Phase::operational) {
+    if (phase_ != Phase::operational || paired_) {
         return std::nullopt;
     }
-    return canopen::rpdo1(node_, controlword_, target_counts_);
+    return on_bus(canopen::rpdo1(node_, controlword_, target_counts_));
+}
+
+bool DriveNode::controlword_due() const noexcept {
+    const bool wanted = controlword_ != sent_controlword_ || unsent_cycles_ >= kRepeatCycles;
+    return paired_ && phase_ == Phase::operational && wanted;
+}
+
+DriveFrame DriveNode::controlword_frame() noexcept {
+    sent_controlword_ = controlword_;
+    unsent_cycles_ = 0;
+    return on_bus(canopen::rpdo2(node_, controlword_));
+}
+
+DriveFrame DriveNode::on_bus(DriveFrame frame) const noexcept {
+    frame.id = static_cast<std::uint16_t>(frame.id | bus_bit_);
+    return frame;
 }
 
 bool DriveNode::take_fresh() noexcept {
-    const bool fresh = fresh_;
+    stale_cycles_ = fresh_ ? std::uint8_t{0} : static_cast<std::uint8_t>(stale_cycles_ + (stale_cycles_ < 255 ? 1 : 0));
     fresh_ = false;
-    return fresh;
+    return stale_cycles_ < status_every_;
 }
 
 bool DriveNode::enabled() const noexcept {
@@ -251,11 +340,11 @@ bool DriveNode::enabled() const noexcept {
 bool DriveNode::fault() const noexcept { return is_fault(power_); }
 
 bool DriveNode::tells_fault(const DriveFrame& frame) const noexcept {
-    if (frame.id == canopen::kTpdo1Base + node_) {
+    if (frame.id == canopen::kTpdo1Base + address()) {
         const auto status = canopen::read_tpdo1(frame);
         return status && is_fault(axis402::decode(status->statusword));
     }
-    if (frame.id == canopen::kEmcyBase + node_) {
+    if (frame.id == canopen::kEmcyBase + address()) {
         const auto emergency = canopen::read_emergency(frame);
         return emergency && emergency->error_code != 0;
     }
@@ -263,7 +352,7 @@ bool DriveNode::tells_fault(const DriveFrame& frame) const noexcept {
 }
 
 std::optional<std::int64_t> DriveNode::measured(const DriveFrame& frame) const noexcept {
-    if (frame.id != canopen::kTpdo1Base + node_) {
+    if (frame.id != canopen::kTpdo1Base + address()) {
         return std::nullopt;
     }
     const auto status = canopen::read_tpdo1(frame);

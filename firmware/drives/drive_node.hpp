@@ -7,6 +7,7 @@
 #include "firmware/drives/drive_configuration.hpp"
 #include "firmware/drives/homing_sequence.hpp"
 #include "firmware/drives/sdo_client.hpp"
+#include "firmware/drives/sdo_service.hpp"
 
 namespace sc::drives {
 
@@ -24,21 +25,33 @@ struct NodeRequest {
 class DriveNode {
 public:
     DriveNode() noexcept = default;
-    DriveNode(const MachineConfig& machine, std::size_t axis) noexcept;
+    DriveNode(const MachineConfig& machine, std::size_t axis, const DrivePlan& plan = kPlainDrives) noexcept;
 
-    [[nodiscard]] std::uint8_t node() const noexcept { return node_; }
+    /// Identifiers of its frames are a base plus this: the node, and the bit of its bus.
+    [[nodiscard]] std::uint16_t address() const noexcept { return static_cast<std::uint16_t>(bus_bit_ | node_); }
+    [[nodiscard]] std::uint16_t bus_bit() const noexcept { return bus_bit_; }
+    [[nodiscard]] bool paired() const noexcept { return paired_; }
+    /// Uses the SDO channel while this node does not. Outlives the node; null: nobody.
+    void attach(SdoService* service) noexcept { service_ = service; }
 
     /// A frame of this node.
     void receive(const DriveFrame& frame, std::int64_t tick) noexcept;
     /// Once a tick after the frames; `cycle`: an RPDO follows in this tick.
     void update(const NodeRequest& request, std::int64_t tick, bool cycle) noexcept;
 
-    [[nodiscard]] std::optional<DriveFrame> nmt_frame() noexcept;
+    /// `cycle`: number of the last drive cycle. Where the status comes with every n-th SYNC only, the start waits for
+    /// this node's turn among them, so that not all answer the same SYNC.
+    [[nodiscard]] std::optional<DriveFrame> nmt_frame(std::int64_t cycle) noexcept;
     [[nodiscard]] std::optional<DriveFrame> sdo_frame(std::int64_t tick) noexcept;
-    /// Empty until the node is operational. Call in a `cycle` tick after `update`.
+    /// Empty until the node is operational, and for one that is paired. Call in a `cycle` tick after `update`.
     [[nodiscard]] std::optional<DriveFrame> rpdo_frame() const noexcept;
+    /// Of a paired node: the controlword has changed, or has not been sent for a while.
+    [[nodiscard]] bool controlword_due() const noexcept;
+    [[nodiscard]] bool urgent() const noexcept { return controlword_ == axis402::kQuickStop; }
+    [[nodiscard]] DriveFrame controlword_frame() noexcept;
+    [[nodiscard]] std::int32_t target_counts() const noexcept { return target_counts_; }
 
-    /// A status has arrived since the last call.
+    /// Once a drive cycle: a status has arrived within the last `status_every` of them.
     [[nodiscard]] bool take_fresh() noexcept;
 
     [[nodiscard]] bool present() const noexcept { return phase_ == Phase::operational; }
@@ -67,12 +80,19 @@ private:
     void begin_step() noexcept;
     [[nodiscard]] bool step_done(bool& failed) noexcept;
     void watch_liveness(std::int64_t tick) noexcept;
-    void operate(const NodeRequest& request, bool cycle) noexcept;
+    void operate(const NodeRequest& request, std::int64_t tick, bool cycle) noexcept;
+    [[nodiscard]] DriveFrame on_bus(DriveFrame frame) const noexcept;
+    void run_brake(const NodeRequest& request, std::int64_t tick) noexcept;
     [[nodiscard]] std::uint16_t command(const NodeRequest& request) noexcept;
     [[nodiscard]] std::uint16_t fault_command() noexcept;
     void choose_target(const NodeRequest& request, bool follow) noexcept;
 
+    /// Of an axis that would fall. closing: it was told to close, the motor still holds. opening: it was told to open,
+    /// the target waits.
+    enum class Brake : std::uint8_t { closed, opening, open, closing };
+
     DriveSetup setup_{};
+    SdoService* service_ = nullptr;
     SdoClient sdo_{};
     HomingSequence homing_{};
     double units_per_count_ = 1.0;
@@ -83,7 +103,16 @@ private:
     std::int64_t status_tick_ = 0;
     std::int32_t actual_counts_ = 0;
     std::int32_t target_counts_ = 0;
+    std::int64_t brake_tick_ = 0;
     std::size_t step_ = 0;
+    std::uint16_t bus_bit_ = 0;
+    std::uint16_t release_ticks_ = 0;
+    std::uint16_t apply_ticks_ = 0;
+    std::uint16_t sent_controlword_ = 0;
+    std::uint8_t unsent_cycles_ = 0;
+    std::uint8_t status_every_ = 1;
+    std::uint8_t turn_ = 0;
+    std::uint8_t stale_cycles_ = 0;
     std::uint16_t statusword_ = 0;
     std::uint16_t error_code_ = 0;
     std::uint16_t controlword_ = 0;
@@ -91,6 +120,8 @@ private:
     std::uint8_t reset_cycles_ = 0;
     Phase phase_ = Phase::resetting;
     axis402::PowerState power_ = axis402::PowerState::unknown;
+    Brake brake_ = Brake::closed;
+    bool paired_ = false;
     bool nmt_due_ = true;
     bool step_begun_ = false;
     bool reading_back_ = false;

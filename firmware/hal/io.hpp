@@ -25,9 +25,12 @@ inline constexpr std::size_t kSourceBytesPerTick = 16;
 inline constexpr std::size_t kSensorBytesPerTick = 32;       ///< of one bus: 230 400 baud at most
 inline constexpr std::size_t kSensorTransmissionBytes = 16;  ///< longest request to a sensor
 
-/// A CAN 2.0A frame on the drive bus.
+/// Set in the identifier of a frame of the second drive bus; 11 bits leave it free.
+inline constexpr std::uint16_t kSecondDriveBus = 0x8000;
+
+/// A CAN 2.0A frame on a drive bus.
 struct DriveFrame {
-    std::uint16_t id = 0;
+    std::uint16_t id = 0;  ///< 11 bits, and kSecondDriveBus
     std::uint8_t size = 0;
     std::array<std::uint8_t, 8> data{};
     bool operator==(const DriveFrame&) const noexcept = default;

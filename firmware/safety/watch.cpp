@@ -117,7 +117,8 @@ Finding check_turn(const MachineConfig& machine, const AxisPositions& previous,
     return {};
 }
 
-FollowingWatch::FollowingWatch(const MachineConfig& machine) noexcept {
+FollowingWatch::FollowingWatch(const MachineConfig& machine, std::uint32_t status_every) noexcept {
+    const std::uint32_t status_ticks = machine.drive_cycle_ticks * status_every;
     std::int64_t shortest = INT64_MAX;
     std::int64_t longest = 0;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
@@ -127,14 +128,13 @@ FollowingWatch::FollowingWatch(const MachineConfig& machine) noexcept {
         shortest = config.latency_ns < shortest ? config.latency_ns : shortest;
         longest = config.latency_ns > longest ? config.latency_ns : longest;
     }
-    // The set-point of tick n is due at t_n+1 plus the latency. The status read in tick m was taken at a SYNC up to one
-    // drive cycle and one delivery before, and the caller may look at it a tick later.
+    // The set-point of tick n is due at t_n+1 plus the latency. The status read in tick m was taken at a SYNC up to
+    // `status_every` drive cycles and one delivery before, and the caller may look at it a tick later.
     const std::int64_t period = machine.control_period_ns > 0 ? machine.control_period_ns : 1;
     delay_min_ = clamp_delay(shortest / period + 1);
-    delay_max_ =
-        clamp_delay((longest + period - 1) / period + 3 + static_cast<std::int64_t>(machine.drive_cycle_ticks));
+    delay_max_ = clamp_delay((longest + period - 1) / period + 3 + static_cast<std::int64_t>(status_ticks));
     // A status that says the same for so long has been sent at least twice.
-    frozen_ticks_ = machine.drive_cycle_ticks + 2;
+    frozen_ticks_ = status_ticks + 2;
     restart({});
 }
 

@@ -46,7 +46,8 @@ struct Finding {
 /// the set-points of that stretch: exact at rest and free of false alarms at any speed.
 class FollowingWatch {
 public:
-    explicit FollowingWatch(const MachineConfig& machine) noexcept;
+    /// `status_every`: drive cycles from one status of a drive to its next, of the slowest.
+    explicit FollowingWatch(const MachineConfig& machine, std::uint32_t status_every = 1) noexcept;
 
     /// Forgets the past: the axes stand at `actual`. Call while the drives are not enabled and when a homing ends.
     void restart(const AxisPositions& actual) noexcept;

@@ -10,15 +10,20 @@
 
 namespace sc::host {
 
-CanTransport::CanTransport(std::unique_ptr<Transport> records, bool fd, std::unique_ptr<CaptureWriter> capture)
-    : records_(std::move(records)), fd_(fd), capture_(std::move(capture)), port_(link::kCanIdToController, fd) {}
+CanTransport::CanTransport(std::unique_ptr<Transport> records, bool fd, std::unique_ptr<CaptureWriter> capture,
+                           Nanoseconds offset)
+    : records_(std::move(records)),
+      fd_(fd),
+      offset_(offset),
+      capture_(std::move(capture)),
+      port_(link::kCanIdToController, fd) {}
 
 CanTransport::~CanTransport() { close_capture(capture_.get()); }
 
 void CanTransport::note(const link::LinkCanFrame& frame) {
     if (capture_) {
         capture_->can({frame.id, frame.fd, {frame.data.begin(), frame.data.begin() + frame.size}},
-                      now().time_since_epoch().count());
+                      (now().time_since_epoch() + offset_).count());
     }
 }
 

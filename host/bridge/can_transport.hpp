@@ -11,11 +11,13 @@
 namespace sc::host {
 
 /// The link over CAN: messages cut into frames and put together again, over a carrier of frames as records
-/// (shared/link/can_record.hpp), which is what a simulated cell gives.
+/// (shared/link/can_record.hpp): a simulated cell or a raw CAN socket.
 class CanTransport final : public Transport {
 public:
     /// `capture`: where each frame is noted; none without one.
-    CanTransport(std::unique_ptr<Transport> records, bool fd, std::unique_ptr<CaptureWriter> capture);
+    /// `offset`: from the carrier's time to that of the file.
+    CanTransport(std::unique_ptr<Transport> records, bool fd, std::unique_ptr<CaptureWriter> capture,
+                 Nanoseconds offset = Nanoseconds::zero());
     ~CanTransport() override;
 
     void send(std::span<const std::uint8_t> bytes) override;
@@ -32,6 +34,7 @@ private:
 
     std::unique_ptr<Transport> records_;
     bool fd_;
+    Nanoseconds offset_;
     std::unique_ptr<CaptureWriter> capture_;
     Port port_;
     std::vector<std::uint8_t> begun_;    ///< of a record

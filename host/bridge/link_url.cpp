@@ -11,7 +11,8 @@ namespace sc::host {
 namespace {
 
 constexpr std::string_view kForms =
-    "use sim:, sim:?carrier=can, serial:/dev/ttyUSB0?baud=921600, tcp:127.0.0.1:7000 or lockstep:SOCKET";
+    "use sim:, sim:?carrier=can, can:can0, can:can0?fd=1, serial:/dev/ttyUSB0?baud=921600, tcp:127.0.0.1:7000 or "
+    "lockstep:SOCKET";
 
 [[noreturn]] void refuse(const std::string& problem, std::string_view value) {
     throw InputError({.file = {}, .problem = problem, .value = std::string(value), .action = std::string(kForms)});
@@ -76,6 +77,18 @@ TcpUrl tcp_url(std::string_view rest) {
     return {std::string(rest.substr(0, colon)), static_cast<std::uint16_t>(port)};
 }
 
+CanUrl can_url(std::string_view rest) {
+    const std::size_t mark = rest.find('?');
+    const CanUrl url{std::string(rest.substr(0, mark)), rest.ends_with("?fd=1")};
+    if (url.interface.empty()) {
+        refuse("link names no CAN interface", rest);
+    }
+    if (mark != std::string_view::npos && rest.substr(mark) != "?fd=1" && rest.substr(mark) != "?fd=0") {
+        refuse("unknown option of a CAN link (there is fd=1)", rest.substr(mark + 1));
+    }
+    return url;
+}
+
 }  // namespace
 
 LinkUrl parse_link_url(const std::string& url) {
@@ -83,9 +96,8 @@ LinkUrl parse_link_url(const std::string& url) {
     const std::size_t colon = text.find(':');
     const std::string_view scheme = text.substr(0, colon);
     const std::string_view rest = colon == std::string_view::npos ? std::string_view{} : text.substr(colon + 1);
-    if (scheme.starts_with("can")) {
-        throw InputError(
-            {.file = {}, .problem = "SocketCAN link is not built yet", .value = url, .action = std::string(kForms)});
+    if (scheme == "can") {
+        return can_url(rest);
     }
     if (scheme == "sim" && (rest.empty() || rest.front() == '?')) {
         return SimulatedUrl{rest.empty() ? SimCarrier::serial : carrier_of(rest.substr(1))};

@@ -25,10 +25,14 @@ struct TcpUrl {
     std::string host;
     std::uint16_t port = 0;
 };
-using LinkUrl = std::variant<SimulatedUrl, LockStepUrl, SerialUrl, TcpUrl>;
+struct CanUrl {
+    std::string interface;
+    bool fd = false;
+};
+using LinkUrl = std::variant<SimulatedUrl, LockStepUrl, SerialUrl, TcpUrl, CanUrl>;
 
 /// Takes a link's URL apart (open_transport.hpp lists them). Opens nothing. Throws InputError for an unknown scheme, a
-/// missing device, a port or a speed that is none, and for `can…`, which is not built yet.
+/// missing device or interface, and a port or a speed that is none.
 [[nodiscard]] LinkUrl parse_link_url(const std::string& url);
 
 }  // namespace sc::host

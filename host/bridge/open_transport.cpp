@@ -15,6 +15,7 @@
 #include "host/bridge/fd_transport.hpp"
 #include "host/bridge/link_url.hpp"
 #include "host/bridge/sim_transport.hpp"
+#include "host/bridge/socket_can_transport.hpp"
 #include "host/bridge/unique_fd.hpp"
 #include "host/formats/error.hpp"
 
@@ -166,14 +167,20 @@ std::unique_ptr<Transport> open_carrier(const LinkUrl& url, const LinkOptions& o
     if (const auto* tcp = std::get_if<TcpUrl>(&url)) {
         return open_tcp(tcp->host, tcp->port);
     }
+    if (const auto* can = std::get_if<CanUrl>(&url)) {
+        return open_socket_can(can->interface, can->fd);
+    }
     if (const auto* lasting = std::get_if<LockStepUrl>(&url)) {
         return open_lock_step(lasting->path, options);
     }
     return start_simulated(options, std::get<SimulatedUrl>(url).carrier);
 }
 
-/// Only simulated cells have a choice; real lines carry bytes.
+/// Serial lines and TCP carry bytes, a bus carries frames; simulated cells have a choice.
 SimCarrier carrier_of(const LinkUrl& url) {
+    if (const auto* can = std::get_if<CanUrl>(&url)) {
+        return can->fd ? SimCarrier::canfd : SimCarrier::can;
+    }
     if (const auto* simulated = std::get_if<SimulatedUrl>(&url)) {
         return simulated->carrier;
     }
@@ -202,7 +209,9 @@ std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOpti
     }
     std::unique_ptr<Transport> carrier = open_carrier(parsed, options);
     if (kind != SimCarrier::serial) {
-        return std::make_unique<CanTransport>(std::move(carrier), kind == SimCarrier::canfd, std::move(capture));
+        const Nanoseconds offset = capture_offset(parsed, *carrier);
+        return std::make_unique<CanTransport>(std::move(carrier), kind == SimCarrier::canfd, std::move(capture),
+                                              offset);
     }
     if (capture) {
         const Nanoseconds offset = capture_offset(parsed, *carrier);
@@ -217,6 +226,9 @@ std::uint32_t line_bytes_per_s(const std::string& url, const LinkOptions& option
     const LinkUrl parsed = parse_link_url(url);
     if (const auto* serial = std::get_if<SerialUrl>(&parsed)) {
         return serial->baud / kBitsPerByte;
+    }
+    if (std::holds_alternative<CanUrl>(parsed)) {
+        return 0;
     }
     return options.baud.value_or(kSimulatedBaud) / kBitsPerByte;
 }

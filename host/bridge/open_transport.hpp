@@ -35,17 +35,19 @@ struct LinkOptions {
 ///
 ///     sim:                          the simulated cell, started by this call, in lock-step virtual time
 ///     sim:?carrier=can              the same over a simulated bus: can (1 Mbit/s), canfd (1 and 5 Mbit/s) or serial
+///     can:can0                      a CAN bus (SocketCAN), classic frames; ?fd=1: FD frames
 ///     serial:/dev/ttyUSB0?baud=N    a serial line or pseudo-terminal (8N1; without baud the speed stays as it is)
 ///     tcp:127.0.0.1:7000            a cell on a TCP port
 ///     lockstep:cell.socket          a simulated cell that listens there (scribecell-cell --lockstep), in virtual time;
 ///                                   ?carrier= as above, if it was started with --carrier
 ///
-/// Throws InputError for a URL that is none or names a carrier that is not built, LinkError when the cell cannot be
+/// Throws InputError for a URL that is none or an interface that is not there, LinkError when the cell cannot be
 /// reached. For `sim:` the returned carrier ends the cell when destroyed, and waits until its traces are written.
 [[nodiscard]] std::unique_ptr<Transport> open_transport(const std::string& url, const LinkOptions& options);
 
 /// Bytes a second that the carrier takes each way: a serial line's baud over ten, of a simulated or a TCP cell what its
-/// simulated carrier takes. 0: not known (a serial line whose speed the URL does not say). Throws InputError as above.
+/// simulated carrier takes. 0: not known (a serial line whose speed the URL does not say, a CAN bus). Throws InputError
+/// as above.
 [[nodiscard]] std::uint32_t line_bytes_per_s(const std::string& url, const LinkOptions& options);
 
 /// True when the URL starts a simulated cell of its own.

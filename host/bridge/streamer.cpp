@@ -53,6 +53,7 @@ void Streamer::run() {
         resend_missing();
         resend_when_silent();
         send_window();
+        pause_or_go_on();
         resume_when_held();
         change_override();
         record_sometimes();
@@ -233,7 +234,7 @@ void Streamer::resume_when_held() {
     const State state = client_->state();
     const bool held = state == State::held || state == State::held_link;
     const bool fed = state == State::held_link || received_ > progress_.planned || received_ == job_.items.size();
-    if (!held || !fed || client_->now() - asked_resume_ < kResumePeriod) {
+    if (paused_ || !held || !fed || client_->now() - asked_resume_ < kResumePeriod) {
         return;
     }
     asked_resume_ = client_->now();
@@ -247,6 +248,21 @@ void Streamer::resume_when_held() {
         if (refused.refusal != Refusal::wrong_state) {
             throw;
         }
+    }
+}
+
+void Streamer::pause_or_go_on() {
+    if (options_.wanted_pause && options_.wanted_pause()) {
+        paused_ = !paused_;
+    }
+    const State state = client_->state();
+    if (!paused_ || !client_->status_is_fresh() || (state != State::running && state != State::marking)) {
+        return;
+    }
+    try {
+        client_->command(link::Verb::hold);
+    } catch (const CellRefused&) {
+        // It has come to a rest of its own meanwhile; asked again if it goes on.
     }
 }
 

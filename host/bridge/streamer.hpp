@@ -20,6 +20,9 @@ struct StreamOptions {
     Nanoseconds journal_period{50'000'000};  ///< of the real clock, between records that no intent asks for
     /// Asked all along with the override in force; what it returns is set. Empty: never asked.
     std::function<std::optional<std::uint8_t>(std::uint8_t percent)> wanted_override{};
+    /// Asked all along: true pauses the job (a stop on the path, laser off), and the next true lets it go on. Empty:
+    /// never asked.
+    std::function<bool()> wanted_pause{};
 };
 
 /// What of a job is to be streamed; all of it must outlive the streamer.
@@ -67,6 +70,7 @@ private:
     void resend(std::uint32_t from, std::uint32_t until, std::uint16_t heard);
     void resume_when_held();
     void change_override();
+    void pause_or_go_on();
     void check_refused() const;
     void check_running();
     [[nodiscard]] bool done() const;
@@ -93,6 +97,7 @@ private:
     std::uint32_t free_;        ///< as the last ack says; a guess before the first
     std::uint32_t widest_ = 0;  ///< largest window seen
     bool running_seen_ = false;
+    bool paused_ = false;  ///< by a person
     HostTime begun_{};
     HostTime moved_{};                    ///< when `received` last moved, or sending began again
     HostTime asked_{};                    ///< what is missing

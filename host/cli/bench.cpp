@@ -11,6 +11,7 @@
 #include "host/cli/asked.hpp"
 #include "host/cli/bench_faults.hpp"
 #include "host/cli/bench_figures.hpp"
+#include "host/cli/bench_pendant.hpp"
 #include "host/cli/exit_codes.hpp"
 #include "host/cli/failure.hpp"
 #include "host/cli/subcommands.hpp"
@@ -42,6 +43,10 @@ constexpr const char* kExamples = R"(Examples:
       of the laser less, one by one (some minutes)
   scribecell bench sensors
       readings a second on the sensor buses, beside what the lines can carry
+  scribecell bench pendant
+      drive cycles from a detent of a pendant's wheel to the first set-point that moves
+  scribecell bench bus
+      what 3, 4 and 6 drives take of their bus: computed, and counted on it
   scribecell bench measure
       the triple-laser head: angles against the truth, calibrated and not; centres of laser spots
   scribecell bench calibration
@@ -69,7 +74,9 @@ constexpr std::array kBenches{
     Bench{"casting", "the main job over 20 castings, each pulse from its true datum plane", bench_casting},
     Bench{"link", "the link over every carrier, and jobs whose host dies", bench_link},
     Bench{"faults", "each fault in each state and phase, judged at the pins; rules taken out", bench_faults},
+    Bench{"pendant", "a pendant's wheel, from the detent to the set-point", detent_figures},
     Bench{"sensors", "the sensor buses against what their lines can carry", bench_sensors},
+    Bench{"bus", "the drive bus: computed budget beside frames counted on it", bench_bus},
     Bench{"allowance", "inspection beside Embree and CGAL", bench_allowance}};
 
 std::string names() {

@@ -108,6 +108,12 @@ int bench_motion_file(const MotionFile& file, bool json);
 /// telegram has ended (the ablation).
 [[nodiscard]] std::vector<Figure> bench_sensors(const BenchOptions& options);
 
+/// The drive bus, by the program scribecell-bus-bench: budget_error_pct, the worst difference of the computed share and
+/// the one of frames counted in running drives (set up and enabled by the drive master's own code); each case's cyclic
+/// share (*_computed) and what was counted (*_counted, heartbeats included); whether a frame longer than the bound was
+/// found, and how near to it the longest came. `raw`: bus.json, with the length that the frames really had.
+[[nodiscard]] std::vector<Figure> bench_bus(const BenchOptions& options);
+
 /// Inspection of the casting in tests/data/casting-blank beside its peers, by the program scribecell-allowance-bench:
 /// speed against Embree, exactness against every triangle, signs against CGAL, fit, borrowing, published examples.
 /// Figures of a peer that was not there are left out, and said on stderr. `raw`: allowance.json with the absolute

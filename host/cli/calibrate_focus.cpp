@@ -220,7 +220,7 @@ void add_calibrate_focus(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--plan", asked->plan, "plan that a measured ladder was burnt by")->type_name("FILE");
     sub->add_option("--widths", asked->widths, "of its strokes")->type_name("FILE");
     sub->add_option("--world", asked->world, "of the simulated cell (default: a plate)")->type_name("FILE");
-    sub->add_option("--link", asked->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    sub->add_option("--link", asked->link, "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*sub, asked->key);

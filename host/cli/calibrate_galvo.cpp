@@ -103,7 +103,9 @@ void add_calibrate_galvo_field(CLI::App& calibrate, int& exit_code) {
     take_path(*field, "--measured", options->measured, "crosses of a plate, measured", "FILE");
     take_path(*field, "--world", options->world, "world of the simulated cell (default: a plate before the head)",
               "FILE");
-    field->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    field
+        ->add_option("--link", options->link,
+                     "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*field, options->key);

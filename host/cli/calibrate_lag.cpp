@@ -108,7 +108,8 @@ void add_calibrate_galvo_lag(CLI::App& calibrate, int& exit_code) {
     take_path(*lag, "--measured", options->measured, "marks of a plate, measured", "FILE");
     take_path(*lag, "--world", options->world, "world of the simulated cell (default: a plate before the head)",
               "FILE");
-    lag->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    lag->add_option("--link", options->link,
+                    "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*lag, options->key);

@@ -117,7 +117,8 @@ void add_calibrate_plate(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--faces", options->faces, "of the block (default: the simulated cell's)")->type_name("FILE");
     sub->add_option("--world", options->world, "world of the simulated cell (default: a stepped block)")
         ->type_name("FILE");
-    sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    sub->add_option("--link", options->link,
+                    "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*sub, options->key);

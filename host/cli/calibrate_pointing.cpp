@@ -25,6 +25,8 @@ constexpr const char* kExamples = R"(Examples:
       a person, by keys; Ctrl-C or x ends it, and the same command goes on behind the last marker
   scribecell calibrate pointing --keys keys.txt --out pointed
       keys from a file
+  scribecell calibrate pointing --target mobile.toml --link can:can0 --pendant --out pointed
+      by the wheel of a USB pendant: Probe-Z takes, Safe-Z skips, Reset ends
   scribecell calibrate rigid --from c.csv --to pointed/h.csv --name h_from_c
       what the places are for
 
@@ -73,13 +75,15 @@ void add_calibrate_pointing(CLI::App& calibrate, int& exit_code) {
     const auto options = std::make_shared<PointingOptions>();
     sub->add_option("--out", options->out, "folder for pointing.csv and h.csv")->type_name("DIR")->required();
     sub->add_option("--target", options->target, "the mobile target")->type_name("FILE");
+    add_pendant_options(*sub, options->pendant);
     sub->add_option("--calibration", options->calibration, "set whose [axes] hold")->type_name("FILE");
     sub->add_option("--at-mm", options->at_mm, "roughly where the target's zero stands in h")
         ->delimiter(',')
         ->expected(3)
         ->capture_default_str();
     sub->add_option("--keys", options->keys, "keys in place of a terminal's")->type_name("FILE");
-    sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    sub->add_option("--link", options->link,
+                    "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*sub, options->key);

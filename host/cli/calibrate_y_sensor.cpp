@@ -85,7 +85,8 @@ void add_calibrate_y_sensor(CLI::App& calibrate, int& exit_code) {
     sub->add_option("--points", options->points, "of the faces, in c")->type_name("FILE");
     sub->add_option("--roughly", options->roughly, "a place on each face, in h")->type_name("FILE");
     sub->add_option("--readings", options->readings, "of a scan that was made before")->type_name("FILE");
-    sub->add_option("--link", options->link, "the cell: sim:, serial:/dev/...[?baud=N], tcp:HOST:PORT")
+    sub->add_option("--link", options->link,
+                    "the cell: sim:, can:IFACE[?fd=1], serial:/dev/...[?baud=N], tcp:HOST:PORT")
         ->type_name("URL")
         ->capture_default_str();
     add_key_option(*sub, options->key);

@@ -19,6 +19,8 @@ constexpr double kFast = 50.0;      ///< mm/s
 constexpr double kFastTurn = 20.0;  ///< degrees/s
 constexpr double kNear = 2e-6;
 constexpr Nanoseconds kBegin = std::chrono::milliseconds(100);
+constexpr Nanoseconds kLook = std::chrono::milliseconds(2);
+constexpr Nanoseconds kLongest = std::chrono::seconds(5);
 constexpr Nanoseconds kSettle = std::chrono::milliseconds(60);
 constexpr Nanoseconds kSensorLimit = std::chrono::seconds(3);
 
@@ -32,30 +34,56 @@ void guide_light(CellClient& client) {
     }
 }
 
-void JogMoves::step(std::size_t axis, double distance) {
+std::int32_t jog_speed(Axis axis, double distance) {
+    const bool turn = axis == Axis::c;
+    const double size = std::abs(distance) * (turn ? 1.0 : 1e3);
+    return static_cast<std::int32_t>(std::llround(1e3 * std::min(turn ? kFastTurn : kFast, 1.0 + 10.0 * size)));
+}
+
+bool JogMoves::step(std::size_t axis, double distance, const std::function<bool()>& stop) {
     const bool turn = axis == 3;
     const double units = turn ? kWireUnitsPerDegree : kWireUnitsPerMetre;
     const auto way = static_cast<std::int32_t>(std::llround(distance * units));
     if (way == 0) {
-        return;
+        return true;
     }
-    const double size = turn ? std::abs(distance) : std::abs(distance) * 1e3;
-    const double speed = std::min(turn ? kFastTurn : kFast, 1.0 + 10.0 * size);
     bool begun = false;
     client_->on_state([&begun](State, State to) { begun = begun || to == State::jogging; });
     client_->command(link::Verb::jog, static_cast<std::int32_t>(axis), way,
-                     static_cast<std::int32_t>(std::llround(speed * 1e3)));
+                     jog_speed(static_cast<Axis>(axis), distance));
     client_->pump_until([&] { return begun; }, kBegin);
+    const bool stopped = stop && !watch(stop);
     client_->wait_for({State::idle}, std::chrono::seconds(5), "the jog");
     client_->on_state({});
+    return !stopped;
 }
 
-void JogMoves::by(std::size_t axis, double distance) {
+/// False: `stop` has said so while the axis moved.
+bool JogMoves::watch(const std::function<bool()>& stop) {
+    const HostTime end = client_->now() + kLongest;
+    while (client_->state() == State::jogging && client_->now() < end) {
+        if (stop()) {
+            try {
+                client_->command(link::Verb::stop);
+            } catch (const CellRefused&) {
+                return true;  // the axis has come to rest meanwhile
+            }
+            return false;
+        }
+        client_->pump(client_->now() + kLook);
+    }
+    return true;
+}
+
+bool JogMoves::by(std::size_t axis, double distance, const std::function<bool()>& stop) {
     const double largest = axis == 3 ? kLargestTurn : kLargest;
     const auto steps = static_cast<int>(std::ceil(std::abs(distance) / largest - 1e-9));
     for (int i = 0; i < steps; ++i) {
-        step(axis, distance / steps);
+        if (!step(axis, distance / steps, stop)) {
+            return false;
+        }
     }
+    return true;
 }
 
 void JogMoves::to(const Vec3& target) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 
 #include "host/bridge/client.hpp"
@@ -13,6 +14,8 @@ namespace sc::host::cli {
 
 /// Asks for the guide laser, to point by. Where the cell does not give it, says why on stderr: one can go on without.
 void guide_light(CellClient& client);
+/// Of a jog of so many metres (C: degrees), in link::Verb::jog's units: slow when small.
+[[nodiscard]] std::int32_t jog_speed(Axis axis, double distance);
 
 class JogMoves {
 public:
@@ -20,8 +23,9 @@ public:
     explicit JogMoves(CellClient& client) : client_(&client) {}
 
     /// Moves one axis (0 to 2: metres; 3: degrees) by so much, in steps of 10 mm or degrees at most. Throws CellRefused
-    /// with what the cell says, CellFault, Interrupted.
-    void by(std::size_t axis, double distance);
+    /// with what the cell says, CellFault, Interrupted. `stop` is asked all along: true ends the move where it is, and
+    /// `by` returns false once the axis is at rest.
+    bool by(std::size_t axis, double distance, const std::function<bool()>& stop = {});
     /// To a reading (metres): y first when it rises, last when it falls; until the reading is within 2 um, or three
     /// tries.
     void to(const Vec3& reading);
@@ -41,7 +45,8 @@ public:
     [[nodiscard]] std::optional<Distance> distance(std::size_t sensor, int samples);
 
 private:
-    void step(std::size_t axis, double distance);
+    bool step(std::size_t axis, double distance, const std::function<bool()>& stop);
+    bool watch(const std::function<bool()>& stop);
 
     CellClient* client_;
 };

@@ -20,6 +20,7 @@ constexpr const char* kExamples = R"(Examples:
   scribecell measure stations.csv --calibration head.toml
                                         workpieces against their reference, by three lasers
   scribecell vision spot beam.png       centre of a laser spot in a picture
+  scribecell pendant --link can:can0    jog a cell with the wheel of a USB pendant
   scribecell monitor --once             state of a cell
   scribecell sensors                    what the distance sensors say
   scribecell telemetry --rate 50        channels of a cell over time, as CSV
@@ -47,6 +48,7 @@ int main(int argc, char** argv) {
         sc::host::cli::add_register(app, exit_code);
         sc::host::cli::add_casting(app, exit_code);
         sc::host::cli::add_jog(app, exit_code);
+        sc::host::cli::add_pendant(app, exit_code);
         sc::host::cli::add_override(app, exit_code);
         sc::host::cli::add_calibrate(app, exit_code);
         sc::host::cli::add_calibration(app, exit_code);
@@ -61,6 +63,8 @@ int main(int argc, char** argv) {
         sc::host::cli::add_check(app, exit_code);
         sc::host::cli::add_plot(app, exit_code);
         sc::host::cli::add_protocol(app, exit_code);
+        sc::host::cli::add_drives(app, exit_code);
+        sc::host::cli::add_ports(app, exit_code);
         sc::host::cli::add_eds(app, exit_code);
         sc::host::cli::add_doctor(app, exit_code);
         sc::host::cli::add_verify(app, exit_code);

@@ -19,6 +19,7 @@
 #include "host/bridge/stop.hpp"
 #include "host/cli/calibrate_run.hpp"
 #include "host/cli/override_keys.hpp"
+#include "host/cli/record_keys.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/error.hpp"
 #include "host/formats/file.hpp"
@@ -30,6 +31,7 @@ constexpr const char* kSurvey = "scribecell-survey";
 constexpr const char* kLog = "pointing.csv";
 constexpr const char* kLogHeader = "id,x_mm,y_mm,z_mm,distance_mm,distance_sigma_mm,looks\n";
 constexpr int kSensorSamples = 16;
+constexpr Nanoseconds kWait = std::chrono::milliseconds(5);
 constexpr double kClose = 60e-6;  ///< metres: nearer than that a person looks once more and takes it
 
 [[noreturn]] void refuse(const std::filesystem::path& file, std::string problem, std::string value,
@@ -146,6 +148,54 @@ private:
     std::string script_;
     std::size_t at_ = 0;
     std::unique_ptr<TerminalKeys> terminal_;
+    double step_ = 1e-4;
+};
+
+/// A pendant, with the keys of `verify record` beside it where there is a terminal.
+class PendantPerson : public Operator {
+public:
+    PendantPerson(const PendantWords& words, CellClient& client)
+        : client_(&client), input_(pendant_input(words, port_, [&client] { return client.now(); })) {}
+    Word align(JogMoves& moves, int marker, bool focus) override {
+        std::fprintf(stderr, "marker %d%s: Probe-Z or Enter takes, Safe-Z or n skips, Reset or q ends\n", marker,
+                     focus ? " (bring it into focus too)" : "");
+        for (;;) {
+            const auto key = input_->next();
+            if (!key) {
+                if (input_->ended()) {
+                    return Word::stopped;
+                }
+                client_->pump_until([] { return false; }, kWait);
+                const auto& actual = client_->status()->actual;
+                input_->show({actual[0] / kWireUnitsPerMetre * 1e3, actual[1] / kWireUnitsPerMetre * 1e3,
+                              actual[2] / kWireUnitsPerMetre * 1e3});
+                continue;
+            }
+            switch (key->action) {
+                case RecordAction::jog: jog(moves, *key); break;
+                case RecordAction::step: step_ = key->step; break;
+                case RecordAction::record: return Word::taken;
+                case RecordAction::skip: return Word::skipped;
+                case RecordAction::quit: return Word::stopped;
+                case RecordAction::undo: std::fprintf(stderr, "what was taken stays; run again to go on\n"); break;
+                case RecordAction::help: std::fprintf(stderr, "%s\n", kRecordHelp); break;
+            }
+        }
+    }
+
+private:
+    void jog(JogMoves& moves, const RecordKey& key) {
+        try {
+            moves.by(index(key.axis), key.sign * (key.step > 0.0 ? key.step : step_),
+                     [this] { return input_->stops(); });
+        } catch (const CellRefused& refused) {
+            std::fprintf(stderr, "%s\n", refused.what());
+        }
+    }
+
+    CellClient* client_;
+    std::unique_ptr<pendant::PendantPort> port_;
+    std::unique_ptr<RecordInput> input_;
     double step_ = 1e-4;
 };
 
@@ -298,7 +348,9 @@ private:
         session_options.on_step = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); };
         Session session(client, session_options);
         std::unique_ptr<Operator> person;
-        if (options_.keys || !scene_.world) {
+        if (options_.pendant.asked()) {
+            person = std::make_unique<PendantPerson>(options_.pendant, client);
+        } else if (options_.keys || !scene_.world) {
             person = std::make_unique<KeyPerson>(options_.keys);
         } else {
             person = std::make_unique<SimulatedPerson>(options_, *scene_.world);

@@ -10,6 +10,7 @@
 
 #include "host/calibration/step_depths.hpp"
 #include "host/cli/jog_moves.hpp"
+#include "host/cli/pendant_options.hpp"
 #include "host/formats/calibration_set.hpp"
 #include "host/formats/target.hpp"
 
@@ -24,6 +25,7 @@ struct PointingOptions {
     std::filesystem::path out;
     std::optional<std::filesystem::path> base_world;  ///< the simulated cell's, the target is put into it
     std::optional<std::filesystem::path> keys;        ///< keys in place of a terminal's, or of the simulated person
+    PendantWords pendant{};                           ///< in place of them, beside the keys of `verify record`
     std::string link = "sim:";
     std::optional<std::filesystem::path> key{};         ///< file of the cell's key
     std::vector<double> at_mm{-240.0, -250.0, -260.0};  ///< roughly where the target's zero stands in h

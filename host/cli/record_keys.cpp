@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/record_keys.hpp"
 
+#include <cmath>
+#include <cstdio>
 #include <sstream>
 
 #include "host/formats/csv.hpp"
@@ -108,6 +110,89 @@ ScriptInput::ScriptInput(const std::filesystem::path& file) {
             keys_.insert(keys_.end(), static_cast<std::size_t>(times), *key);
         }
     }
+}
+
+bool PendantInput::look(bool moving) {
+    bool stop = false;
+    const auto carry_out = [&](const std::vector<pendant::Wish>& wishes) {
+        for (const pendant::Wish& wish : wishes) {
+            switch (wish.kind) {
+                case pendant::WishKind::jog:
+                    // The table is turned by the procedure, not by hand.
+                    if (wish.axis != Axis::c) {
+                        RecordKey key = jog(wish.axis, wish.distance > 0.0 ? 1 : -1);
+                        key.step = std::abs(wish.distance);
+                        keys_.push_back(key);
+                    }
+                    break;
+                case pendant::WishKind::stop:
+                    stop = true;
+                    keys_.clear();
+                    std::fprintf(stderr, "stopped: %s\n", wish.why != nullptr ? wish.why : "");
+                    break;
+                case pendant::WishKind::take: keys_.push_back(of(RecordAction::record)); break;
+                case pendant::WishKind::skip: keys_.push_back(of(RecordAction::skip)); break;
+                case pendant::WishKind::undo: keys_.push_back(of(RecordAction::undo)); break;
+                case pendant::WishKind::reset: keys_.push_back(of(RecordAction::quit)); break;
+                case pendant::WishKind::shown:
+                    if (const auto axis = control_.axis()) {
+                        std::fprintf(stderr, "pendant: %c, %g um a detent\n", "XYZC"[index(*axis)],
+                                     1e6 * control_.step());
+                    }
+                    break;
+                case pendant::WishKind::override:
+                case pendant::WishKind::start_pause: break;
+            }
+        }
+    };
+    const pendant::CellView view{.moving = moving};
+    while (const auto event = port_->next(now_())) {
+        switch (event->kind) {
+            case pendant::PortEvent::Kind::plugged: control_.plugged(); break;
+            case pendant::PortEvent::Kind::unplugged: carry_out(control_.unplugged(view)); break;
+            case pendant::PortEvent::Kind::report:
+                carry_out(control_.take(std::span(event->bytes).first(event->size), now_(), event->age,
+                                        {.moving = moving || !keys_.empty()}));
+                break;
+        }
+    }
+    carry_out(control_.pass(now_(), view));
+    return stop;
+}
+
+std::optional<RecordKey> PendantInput::next() {
+    look(false);
+    if (keys_.empty()) {
+        return std::nullopt;
+    }
+    const RecordKey first = keys_.front();
+    keys_.pop_front();
+    return first;
+}
+
+bool PendantInput::stops() {
+    const bool stop = look(true);
+    keys_.clear();
+    return stop;
+}
+
+void PendantInput::show(const std::array<double, 3>& place_mm) {
+    pendant::Display display;
+    display.lines = place_mm;
+    display.feed = 100;
+    display.speed = static_cast<std::uint16_t>(std::lround(1e6 * control_.step()));
+    port_->show(display);
+}
+
+std::unique_ptr<RecordInput> pendant_input(const PendantWords& words, std::unique_ptr<pendant::PendantPort>& port,
+                                           std::function<HostTime()> now) {
+    port = open_pendant(words);
+    auto input = std::make_unique<PendantInput>(*port, std::move(now));
+    auto keyboard = std::make_unique<KeyboardInput>();
+    if (keyboard->ended()) {
+        return input;
+    }
+    return std::make_unique<BothInputs>(std::move(input), std::move(keyboard));
 }
 
 std::optional<RecordKey> ScriptInput::next() { return at_ < keys_.size() ? std::optional(keys_[at_++]) : std::nullopt; }

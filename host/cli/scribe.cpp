@@ -31,6 +31,8 @@ constexpr const char* kExamples = R"(Examples:
       over a simulated CAN bus (canfd, serial), and all that passed as a file for Wireshark (docs/protocol.md)
   scribecell scribe --override 50
       at half speed; in a terminal the keys + and - change it by 10 % while the job runs, 0 sets 100 %
+  scribecell scribe my_job.toml --link can:can0 --pendant
+      with a USB pendant: its feed keys, Start/Pause and Stop (docs/pendant.md)
   scribecell scribe --board m7
       the example with the controller on a Cortex-M7 in QEMU; also prints what it cost in instructions
   scribecell scribe my_job.toml --link serial:/dev/ttyUSB0?baud=921600 --journal my_job.sqlite
@@ -99,6 +101,7 @@ void describe_cell(CLI::App& app, Words& words) {
            "--override", [&o](const int& percent) { o.override_percent = percent; },
            "feed override, 10..200 % of the programmed speed of paths (default: as it stands in the cell)")
         ->type_name("PERCENT");
+    add_pendant_options(app, o.pendant);
     app.add_option("--points-per-block", o.points_per_block, "most items in one message (default: as many as fit)")
         ->type_name("N")
         ->check(CLI::Range(1, 255));

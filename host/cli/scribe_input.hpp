@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/bridge/open_transport.hpp"
+#include "host/cli/pendant_options.hpp"
 #include "host/formats/calibration_set.hpp"
 #include "host/formats/job.hpp"
 #include "host/formats/table.hpp"
@@ -27,6 +28,7 @@ struct ScribeOptions {
     std::optional<std::filesystem::path> svg;
     std::optional<std::filesystem::path> journal;
     std::uint32_t points_per_block = 0;
+    PendantWords pendant{};               ///< beside the terminal's keys
     std::optional<int> override_percent;  ///< none: as it stands in the cell
     bool dry_run = false;
     bool preview = false;                 ///< trace with the guide laser, burn nothing

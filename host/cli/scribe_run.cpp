@@ -16,6 +16,7 @@
 #include "host/calibration/galvo_model.hpp"
 #include "host/cli/black_box_file.hpp"
 #include "host/cli/exit_codes.hpp"
+#include "host/cli/job_pendant.hpp"
 #include "host/cli/override_keys.hpp"
 #include "host/cli/progress_printer.hpp"
 #include "host/cli/run_folder.hpp"
@@ -97,7 +98,11 @@ private:
         const std::unique_ptr<Transport> transport = open_transport(options_.link, link);
         const std::uint32_t session_number = session_to_open();
         CellClient client(*transport, client_options(link, session_number));
-        client.set_stop_check(stop_requested);
+        if (options_.pendant.asked()) {
+            pendant_ = std::make_unique<JobPendant>(options_.pendant,
+                                                    [this](const std::string& text) { printer_.step(text); });
+        }
+        client.set_stop_check([this] { return stop_requested() || (pendant_ && pendant_->stopped()); });
         client.connect();
         outcome_.machine = client.read_config();
         Planned planned = plan_for(input_, outcome_.machine);
@@ -124,7 +129,15 @@ private:
         }
         SessionOptions session_options;
         session_options.stream.items_per_block = options_.points_per_block;
-        session_options.stream.wanted_override = [this](std::uint8_t percent) { return pressed(percent); };
+        session_options.stream.wanted_override = [this, &client](std::uint8_t percent) {
+            if (pendant_) {
+                pendant_->look(client.now(), percent);
+            }
+            return pressed(percent);
+        };
+        if (pendant_) {
+            session_options.stream.wanted_pause = [this] { return pendant_->take_pause(); };
+        }
         session_options.reset_fault = options_.reset_fault;
         session_options.on_fault = [this, &client] { printer_.step(keep_black_box(client, folder_of_records())); };
         session_options.on_progress = [this](const Progress& progress) { note(progress); };
@@ -262,7 +275,7 @@ private:
     void note_override(int percent) { printer_.step("feed override " + std::to_string(percent) + " %"); }
 
     std::optional<std::uint8_t> pressed(std::uint8_t percent) {
-        std::optional<std::uint8_t> wanted;
+        std::optional<std::uint8_t> wanted = pendant_ ? pendant_->take_override() : std::nullopt;
         for (std::optional<char> key = keys_.next(); key; key = keys_.next()) {
             if (const auto next = override_after(*key, wanted.value_or(percent))) {
                 wanted = next;
@@ -351,6 +364,7 @@ private:
     std::chrono::steady_clock::time_point begun_ = std::chrono::steady_clock::now();
     ProgressPrinter printer_;
     TerminalKeys keys_;
+    std::unique_ptr<JobPendant> pendant_;
     std::unique_ptr<RunFolder> folder_;
     ScribeInput input_;
     VerificationTable table_;

@@ -29,6 +29,8 @@ namespace {
 constexpr const char* kExamples = R"(Examples:
   scribecell verify record --job examples/ras3dm/job.toml --out checked.csv --link tcp:127.0.0.1:7000
       goes to each marker of the job; a person jogs the beam onto the mark and presses Enter
+  scribecell verify record --job my_job.toml --out checked.csv --link can:can0 --pendant
+      with the wheel of a USB pendant; its key Probe-Z records
   scribecell verify record --job my_job.toml --out checked.csv --face 90
   scribecell verify record --job my_job.toml --out checked.csv --keys keys.txt
       the same with keys from a file, on the simulated cell
@@ -56,6 +58,7 @@ struct Words {
     std::string link = "sim:";
     std::vector<double> faces;
     LinkOptions link_options;
+    PendantWords pendant;
     double step_mm = 0.1;
     bool home = false;
     bool accept_expired = false;
@@ -227,6 +230,7 @@ private:
                     return {i, false};
                 }
                 client_->pump_until([] { return false; }, kWait);
+                show();
                 continue;
             }
             switch (key->action) {
@@ -264,9 +268,18 @@ private:
         }
         moves_.to(readings);
     }
+    void show() {
+        const auto& actual = client_->status()->actual;
+        std::array<double, 3> mm{};
+        for (std::size_t i = 0; i < mm.size(); ++i) {
+            mm.at(i) = static_cast<double>(actual.at(i)) / kWireUnitsPerMetre * 1e3;
+        }
+        input_->show(mm);
+    }
     void jog(const RecordKey& key) {
         try {
-            moves_.by(index(key.axis), key.sign * step_);
+            moves_.by(index(key.axis), key.sign * (key.step > 0.0 ? key.step : step_),
+                      [this] { return input_->stops(); });
         } catch (const CellRefused& refused) {
             std::fprintf(stderr, "%s\n", refused.what());  // the end of travel, say; the person goes another way
         }
@@ -328,7 +341,8 @@ int run(const Words& words) {
     }
     const std::vector<RecordPoint> points = points_of(words, job, set);
     Record record(words.out, points);
-    const std::unique_ptr<RecordInput> input = input_of(words);
+    std::unique_ptr<pendant::PendantPort> port;
+    std::unique_ptr<RecordInput> input = words.pendant.asked() ? nullptr : input_of(words);
     const AxesModel model(set);
     if (std::ranges::all_of(points, [&record](const RecordPoint& point) { return record.has(point); })) {
         return report(words, record, points, true);
@@ -338,6 +352,9 @@ int run(const Words& words) {
     CellClient client(*transport, client_options(words.link_options, 3));
     client.set_stop_check(stop_requested);
     client.connect();
+    if (!input) {
+        input = pendant_input(words.pendant, port, [&client] { return client.now(); });
+    }
     const MachineConfig machine = client.read_config();
     check_reach(points, model, machine);
     SessionOptions options;
@@ -372,6 +389,7 @@ void add_verify_record(CLI::App& verify, int& exit_code) {
     sub->add_option("--out", words->out, "the table; goes on where it is")->type_name("FILE.csv")->required();
     sub->add_option("--face", words->faces, "this face alone, degrees; may be given again")->type_name("DEG");
     sub->add_option("--keys", words->keys, "keys from a file in place of the keyboard")->type_name("FILE");
+    add_pendant_options(*sub, words->pendant);
     sub->add_option("--step-mm", words->step_mm, "of a jog to begin with")
         ->check(CLI::Range(0.001, 10.0))
         ->capture_default_str();

@@ -19,7 +19,9 @@ constexpr std::uint32_t kNoRemoteRequest = 0x4000'0000U;
 constexpr std::uint32_t kModesNeeded = 0xA0;  ///< CSP (8) and homing (6), as bits of 6502
 constexpr std::int64_t kCsp = 8;
 constexpr std::uint32_t kMasterNode = 127;
-constexpr std::uint32_t kHomingAtSwitch = 19;
+constexpr std::uint32_t kSkipped = 0x0007'0020U;
+constexpr std::uint32_t kControlword = 0x6040'0010U;
+constexpr std::uint32_t kTarget = 0x607A'0020U;
 constexpr std::uint32_t kBitRate = 1'000'000;
 constexpr std::uint16_t kU32Dummy = 7;
 constexpr std::array<const char*, 10> kModeNames{"PP", "VL", "PV", "TQ", "", "HM", "IP", "CSP", "CSV", "CST"};
@@ -35,18 +37,47 @@ std::string hex(std::int64_t value) {
     return text.data();
 }
 
+bool reads(Kind kind) { return kind == Kind::expect_bits || kind == Kind::expect_value; }
+
+/// Of an object that may be absent.
+std::uint16_t absent_bit(std::uint16_t index) {
+    switch (index) {
+        case 0x6007: return drive_object::k6007;
+        case 0x1006: return drive_object::k1006;
+        case 0x6065: return drive_object::k6065;
+        case 0x6066: return drive_object::k6066;
+        case 0x6085: return drive_object::k6085;
+        case 0x609A: return drive_object::k609A;
+        case 0x1401:
+        case 0x1402:
+        case 0x1403: return drive_object::kRpdos;
+        case 0x1801:
+        case 0x1802:
+        case 0x1803: return drive_object::kTpdos;
+        default: return 0;
+    }
+}
+
 class Judge {
 public:
-    Judge(const Eds& eds, const MachineConfig& machine, std::size_t axis)
-        : eds_(&eds), machine_(&machine), axis_(&machine.axis.at(axis)), node_(axis_->drive_node) {}
+    Judge(const Eds& eds, const MachineConfig& machine, std::size_t axis, const DrivePlan& plan)
+        : eds_(&eds),
+          machine_(&machine),
+          axis_(&machine.axis.at(axis)),
+          plan_(&plan),
+          number_(axis),
+          options_(plan.drive.at(axis)),
+          node_(axis_->drive_node) {}
 
     DriveReport run() {
         check_bus();
+        identity();
         check_modes();
         liveness();
         pdos();
         motion();
         homing();
+        wanted_options();
         for (const EdsNote& note : eds_->notes) {
             report_.findings.push_back({Found::note, {}, note.line, note.text});
         }
@@ -63,6 +94,8 @@ private:
     void transmission(EdsKey key);
     void mapped(EdsKey key, int size, bool from_controller, std::string_view what);
     void check_bus();
+    void identity();
+    void wanted_options();
     void check_modes();
     void liveness();
     void pdos();
@@ -74,6 +107,9 @@ private:
     const Eds* eds_;
     const MachineConfig* machine_;
     const AxisConfig* axis_;
+    const DrivePlan* plan_;
+    std::size_t number_;
+    DriveOptions options_;
     std::uint8_t node_;
     DriveReport report_;
 };
@@ -81,7 +117,8 @@ private:
 const EdsObject* Judge::step(Kind kind, EdsKey key, int size, std::uint32_t value, std::string_view why) {
     const EdsObject* object = eds_->find(key.index, key.sub);
     const bool optional = kind == Kind::write_if_there;
-    report_.steps.push_back({kind, key, size, value, object != nullptr || !optional});
+    const bool left_out = optional && (options_.absent & absent_bit(key.index)) != 0;
+    report_.steps.push_back({kind, key, size, value, (object != nullptr || !optional) && !left_out});
     if (object == nullptr) {
         say(optional ? Found::absent : Found::missing, key, nullptr, std::string(why));
         return nullptr;
@@ -90,12 +127,12 @@ const EdsObject* Judge::step(Kind kind, EdsKey key, int size, std::uint32_t valu
         say(Found::wrong, key, object,
             "has " + std::to_string(object->size()) + " bytes (type " + hex(object->type) + "), not " +
                 std::to_string(size));
-    } else if (kind == Kind::expect_bits ? !object->readable() : !object->writable()) {
+    } else if (reads(kind) ? !object->readable() : !object->writable()) {
         say(Found::wrong, key, object,
-            std::string(kind == Kind::expect_bits ? "cannot be read" : "cannot be written") + ": " + std::string(why) +
+            std::string(reads(kind) ? "cannot be read" : "cannot be written") + ": " + std::string(why) +
                 (object->standard ? "; it is " + hex(object->standard->at(node_)) + ", and has to be " + hex(value)
                                   : std::string()));
-    } else {
+    } else if (!reads(kind)) {
         check_value(key, *object, value);
     }
     return object;
@@ -127,6 +164,36 @@ void Judge::check_bus() {
         report_.findings.push_back({Found::wrong, {}, 0, "the drive does not do 1 Mbit/s (BaudRate_1000)"});
     }
     report_.paired_targets = eds_->dummy[kU32Dummy];
+}
+
+void Judge::identity() {
+    constexpr std::string_view kWhy = "the drive could not be told from another maker's";
+    if (options_.vendor != 0) {
+        step(Kind::expect_value, {0x1018, 1}, 4, options_.vendor, kWhy);
+    }
+    if (options_.product != 0) {
+        step(Kind::expect_value, {0x1018, 2}, 4, options_.product, kWhy);
+    }
+}
+
+/// What the plan asks for beyond the plain way.
+void Judge::wanted_options() {
+    if (options_.paired && !report_.paired_targets) {
+        report_.findings.push_back(
+            {Found::wrong,
+             {},
+             0,
+             "targets in pairs are asked for, but the drive cannot skip its partner's half of an "
+             "RPDO (Dummy0007 is not 1)"});
+    }
+    if (options_.status_every > 1 && !report_.nth_sync) {
+        say(Found::wrong, {0x1800, 2}, eds_->find(0x1800, 2), "a status with every n-th SYNC is asked for");
+    }
+    if (options_.brake_apply_ms > 0) {
+        constexpr std::string_view kWhy = "the brake could not be told to close";
+        step(Kind::write, {0x60FE, 2}, 4, 1, kWhy);
+        step(Kind::write, {0x60FE, 1}, 4, 1, kWhy);
+    }
 }
 
 void Judge::check_modes() {
@@ -171,7 +238,9 @@ void Judge::liveness() {
 }
 
 void Judge::transmission(EdsKey key) {
-    const EdsObject* object = step(Kind::write, key, 1, 1, "targets and status have to go with each SYNC");
+    const bool status = key.index == 0x1800;
+    const EdsObject* object =
+        step(Kind::write, key, 1, status ? options_.status_every : 1U, "targets and status have to go with each SYNC");
     report_.nth_sync = report_.nth_sync || (key.index == 0x1800 && object != nullptr && object->writable());
 }
 
@@ -208,13 +277,30 @@ void Judge::pdos() {
     mapped({0x6041, 0}, 2, false, "the statusword");
     mapped({0x6064, 0}, 4, false, "the actual position");
     const std::uint32_t rpdo = 0x200U + node_;
+    const TargetPair pair = options_.paired ? target_pair(*plan_, number_) : TargetPair{};
+    const bool second = options_.paired && pair.second == number_ && pair.first != number_;
+    const std::uint32_t common = options_.paired ? 0x200U + machine_->axis.at(pair.first).drive_node : rpdo;
     const std::uint32_t tpdo = (0x180U + node_) | kNoRemoteRequest;
-    one_pdo(0x1400, 0x1600, rpdo, 0x6040'0010U, 0x607A'0020U);
+    one_pdo(0x1400, 0x1600, common, second ? kSkipped : (options_.paired ? kTarget : kControlword),
+            options_.paired && !second ? kSkipped : kTarget);
     one_pdo(0x1800, 0x1A00, tpdo, 0x6041'0010U, 0x6064'0020U);
+    if (options_.paired) {
+        constexpr std::string_view kWhy = "the controlword travels by itself where targets are paired";
+        const std::uint32_t words = rpdo + 0x100U;
+        step(Kind::write, {0x1401, 1}, 4, words | kOff, kWhy);
+        step(Kind::write, {0x1401, 2}, 1, 1, kWhy);
+        step(Kind::write, {0x1601, 0}, 1, 0, kWhy);
+        step(Kind::write, {0x1601, 1}, 4, kControlword, kWhy);
+        step(Kind::write, {0x1601, 0}, 1, 1, kWhy);
+        step(Kind::write, {0x1401, 1}, 4, words, kWhy);
+    }
     for (std::uint16_t further = 1; further <= 3; ++further) {
         const std::uint32_t shift = further * 0x100U;
         const auto index = [further](unsigned base) { return static_cast<std::uint16_t>(base + further); };
-        step(Kind::write_if_there, {index(0x1400), 1}, 4, (rpdo + shift) | kOff, "no further RPDO to be switched off");
+        if (further > 1 || !options_.paired) {
+            step(Kind::write_if_there, {index(0x1400), 1}, 4, (rpdo + shift) | kOff,
+                 "no further RPDO to be switched off");
+        }
         step(Kind::write_if_there, {index(0x1800), 1}, 4, (tpdo + shift) | kOff, "no further TPDO to be switched off");
     }
 }
@@ -244,7 +330,8 @@ void Judge::homing() {
     constexpr double kSearch = 0.5;
     constexpr double kCreep = 0.05;
     const double speed = axis_->speed * axis_->counts_per_unit;
-    step(Kind::write, {0x6098, 0}, 1, kHomingAtSwitch, "the way of homing could not be chosen");
+    step(Kind::write, {0x6098, 0}, 1, static_cast<std::uint8_t>(options_.homing_method),
+         "the way of homing could not be chosen");
     step(Kind::write, {0x6099, 1}, 4, counts(speed * kSearch), "the speed of homing could not be chosen");
     step(Kind::write, {0x6099, 2}, 4, counts(speed * kCreep), "the speed of homing could not be chosen");
     step(Kind::write_if_there, {0x609A, 0}, 4, counts(axis_->acceleration * axis_->counts_per_unit),
@@ -273,8 +360,31 @@ bool DriveReport::usable() const noexcept {
         findings, [](const DriveFinding& f) { return f.kind == Found::missing || f.kind == Found::wrong; });
 }
 
-DriveReport judge_drive(const Eds& eds, const MachineConfig& machine, std::size_t axis) {
-    return Judge(eds, machine, axis).run();
+DriveReport judge_drive(const Eds& eds, const MachineConfig& machine, std::size_t axis, const DrivePlan& plan) {
+    return Judge(eds, machine, axis, plan).run();
+}
+
+DriveOptions options_by(const Eds& eds, const DriveOptions& wanted) {
+    DriveOptions options = wanted;
+    options.absent = 0;
+    for (const std::uint16_t index : std::array<std::uint16_t, 6>{0x6007, 0x1006, 0x6065, 0x6066, 0x6085, 0x609A}) {
+        const bool there = eds.find(index) != nullptr;
+        options.absent = static_cast<std::uint16_t>(options.absent | (there ? 0U : absent_bit(index)));
+    }
+    // One bit for all of a kind: of drives that have some, the controller tries each and goes on when one is refused.
+    const auto none = [&eds](std::uint16_t first) {
+        return eds.find(first, 1) == nullptr && eds.find(static_cast<std::uint16_t>(first + 1), 1) == nullptr &&
+               eds.find(static_cast<std::uint16_t>(first + 2), 1) == nullptr;
+    };
+    options.absent = static_cast<std::uint16_t>(options.absent | (none(0x1401) ? drive_object::kRpdos : 0U) |
+                                                (none(0x1801) ? drive_object::kTpdos : 0U));
+    const auto shown = [&eds](std::uint8_t sub, std::uint32_t number) {
+        const EdsObject* const object = eds.find(0x1018, sub);
+        return object != nullptr && object->readable() && object->size() == 4 ? number : 0;
+    };
+    options.vendor = shown(1, eds.vendor_number);
+    options.product = shown(2, eds.product_number);
+    return options;
 }
 
 }  // namespace sc::host

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "host/formats/eds.hpp"
+#include "shared/drives/drive_plan.hpp"
 #include "shared/machine/machine.hpp"
 
 /// What a CiA 402 drive can do for an axis by its data sheet: the objects that the controller needs, one by one, and
@@ -15,7 +16,7 @@ namespace sc::host {
 
 /// One access of the set-up, in the order of sending.
 struct DriveStep {
-    enum class Kind : std::uint8_t { expect_bits, write, write_if_there, write_and_read_back };
+    enum class Kind : std::uint8_t { expect_bits, expect_value, write, write_if_there, write_and_read_back };
     Kind kind = Kind::write;
     EdsKey key;
     int size = 0;  ///< bytes
@@ -49,7 +50,12 @@ struct DriveReport {
     [[nodiscard]] bool usable() const noexcept;
 };
 
-/// For this axis of the machine (its node, cycle, speeds, counts).
-[[nodiscard]] DriveReport judge_drive(const Eds& eds, const MachineConfig& machine, std::size_t axis);
+/// For this axis of the machine (its node, cycle, speeds, counts). What the plan asks for and the drive cannot do is
+/// wrong; what the plan says to be absent is not sent.
+[[nodiscard]] DriveReport judge_drive(const Eds& eds, const MachineConfig& machine, std::size_t axis,
+                                      const DrivePlan& plan = kPlainDrives);
+
+/// The plan of a drive by its data sheet: what it lacks, and who made it; the rest as in `wanted`.
+[[nodiscard]] DriveOptions options_by(const Eds& eds, const DriveOptions& wanted);
 
 }  // namespace sc::host

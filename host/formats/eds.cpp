@@ -213,6 +213,8 @@ void Reader::read_device() {
         };
         eds_.vendor = text("vendorname");
         eds_.product = text("productname");
+        eds_.vendor_number = static_cast<std::uint32_t>(whole(device->second, "vendornumber").value_or(0));
+        eds_.product_number = static_cast<std::uint32_t>(whole(device->second, "productnumber").value_or(0));
         for (const std::uint32_t rate : {10U, 20U, 50U, 125U, 250U, 500U, 800U, 1000U}) {
             if (whole(device->second, "baudrate_" + std::to_string(rate)).value_or(0) != 0) {
                 eds_.baud_rates.push_back(rate * 1000);

@@ -61,6 +61,8 @@ struct Eds {
     std::filesystem::path file;
     std::string vendor;
     std::string product;
+    std::uint32_t vendor_number = 0;  ///< as 1018:1 has it; 0: not said
+    std::uint32_t product_number = 0;
     std::vector<std::uint32_t> baud_rates;  ///< bit/s, that it says it can; empty: none stated
     std::array<bool, 8> dummy{};            ///< [DummyUsage]: type 1 to 7 may fill a place of an RPDO
     std::map<EdsKey, EdsObject> objects;    ///< parts of arrays and records, and objects without parts

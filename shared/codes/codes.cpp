@@ -215,6 +215,10 @@ constexpr std::array kRows{
         "open it again, with a new challenge; scribecell does so by itself"),
     row(Refusal::seal_wrong_key, "seal_wrong_key", "the controller does not prove that it has the host's key",
         "give the host the key of this cell; scribecell key --check tells two keys apart without showing them"),
+    row(Refusal::drive_bus_full, "drive_bus_full",
+        "the cyclic frames of the drives and their reserve do not fit on the drive bus",
+        "`scribecell drives` shows the sum: a longer drive cycle, status with every 2nd SYNC, paired targets, or two "
+        "buses"),
     row(LimitedBy::path_speed, "path_speed", "programmed speed", ""),
     row(LimitedBy::axis_speed, "axis_speed", "speed of an axis", ""),
     row(LimitedBy::axis_acceleration, "axis_acceleration", "acceleration of an axis", ""),

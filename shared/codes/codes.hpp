@@ -107,6 +107,7 @@ enum class Refusal : std::uint16_t {
     seal_not_fitted = 165,
     seal_expired = 166,
     seal_wrong_key = 167,
+    drive_bus_full = 170,
 };
 
 enum class LimitedBy : std::uint8_t {

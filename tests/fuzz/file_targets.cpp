@@ -30,6 +30,7 @@
 #include "host/formats/stations.hpp"
 #include "host/formats/table.hpp"
 #include "host/formats/target.hpp"
+#include "host/pendant/script_port.hpp"
 #include "tests/fuzz/targets.hpp"
 
 namespace sc::fuzz {
@@ -98,6 +99,14 @@ constexpr std::array kTargets{
     Target{"mesh_obj", [](Bytes input) { read_as<kMesh>(input, "obj"); }},
     Target{"scan_ply", [](Bytes input) { read_as<kScan>(input, "ply"); }},
     Target{"scan_pcd", [](Bytes input) { read_as<kScan>(input, "pcd"); }},
+    Target{"pendant_script",
+           [](Bytes input) {
+               try {
+                   static_cast<void>(host::pendant::parse_script({input.begin(), input.end()}, "input.txt"));
+               } catch (const host::InputError&) {
+                   return;
+               }
+           }},
     Target{"scan_xyz", [](Bytes input) { read_as<kScan>(input, "xyz"); }},
 };
 

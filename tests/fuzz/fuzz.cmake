@@ -10,15 +10,16 @@ file(CREATE_LINK "${PROJECT_SOURCE_DIR}/tests" "${root}/tests" SYMBOLIC)
 add_executable(scribecell-fuzz ${CMAKE_CURRENT_LIST_DIR}/main.cpp ${CMAKE_CURRENT_LIST_DIR}/wire_targets.cpp
   ${CMAKE_CURRENT_LIST_DIR}/file_targets.cpp)
 target_include_directories(scribecell-fuzz PRIVATE "${root}")
-target_link_libraries(scribecell-fuzz PRIVATE sc_warnings sc_sanitizers host_bridge host_formats firmware_drives firmware_laser
+target_link_libraries(scribecell-fuzz PRIVATE sc_warnings sc_sanitizers host_bridge host_formats host_pendant firmware_drives firmware_laser
   firmware_link firmware_recording firmware_sensors shared_link shared_trace)
 target_compile_options(scribecell-fuzz PRIVATE -fsanitize=fuzzer-no-link)
 target_link_options(scribecell-fuzz PRIVATE -fsanitize=fuzzer)
 set_target_properties(scribecell-fuzz PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/bin")
 
-set(wire_targets endpoint serial host_wire can block machine_config axis_map recording trace sensors drive mopa)
+set(wire_targets endpoint serial host_wire can block machine_config axis_map recording trace sensors drive mopa pendant)
 set(file_targets job calibration recipe part blank_model scan_set target stand eds station_job stations known points route table
-  plate_plan measured_crosses lag_plan lag_marks journal pulse_trace sample_header mesh_stl mesh_obj scan_ply scan_pcd scan_xyz)
+  plate_plan measured_crosses lag_plan lag_marks journal pulse_trace sample_header mesh_stl mesh_obj scan_ply scan_pcd scan_xyz
+  pendant_script)
 foreach(target IN LISTS wire_targets file_targets)
   set(runs 3000)
   if(target IN_LIST file_targets)

@@ -2,6 +2,7 @@
 // Decoders of what comes over wires. Messages are given to the link with a right checksum, or mutations would never
 // pass it.
 #include <algorithm>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <variant>
@@ -15,6 +16,7 @@
 #include "host/bridge/black_box.hpp"
 #include "host/bridge/telemetry_values.hpp"
 #include "host/bridge/wire.hpp"
+#include "host/pendant/control.hpp"
 #include "shared/link/blocks.hpp"
 #include "shared/link/can_framing.hpp"
 #include "shared/link/codec.hpp"
@@ -240,7 +242,37 @@ void mopa(Bytes input) {
     }
 }
 
-constexpr std::array<Target, 12> kTargets{{{"endpoint", endpoint},
+/// Reports, plugs and unplugs, while a cell moves or not. No report may ask for more than its bound.
+void pendant(Bytes input) {
+    Feed feed(input);
+    host::pendant::PendantControl control;
+    HostTime now{};
+    while (!feed.empty()) {
+        const std::uint8_t how = feed.byte();
+        const host::pendant::CellView cell{.moving = (how & 1U) != 0, .override_percent = 100};
+        now += Nanoseconds(std::int64_t{how} * 4'000'000);
+        std::vector<host::pendant::Wish> wishes;
+        if ((how & 0x0EU) == 0x02U) {
+            control.plugged();
+        } else if ((how & 0x0EU) == 0x04U) {
+            wishes = control.unplugged(cell);
+        } else {
+            wishes = control.take(feed.take((how & 0x0EU) == 0x06U ? how >> 4U : 8U), now, Nanoseconds(0), cell);
+        }
+        for (const host::pendant::Wish& wish : wishes) {
+            const double most =
+                wish.axis == Axis::c ? host::pendant::PendantControl::kMostTurn : host::pendant::PendantControl::kMost;
+            if (wish.kind == host::pendant::WishKind::jog &&
+                (cell.moving || !control.connected() ||
+                 !(wish.distance <= most + 1e-9 && wish.distance >= -most - 1e-9))) {
+                std::abort();
+            }
+        }
+        static_cast<void>(control.pass(now, cell));
+    }
+}
+
+constexpr std::array<Target, 13> kTargets{{{"endpoint", endpoint},
                                            {"serial", serial},
                                            {"host_wire", host_wire},
                                            {"can", can},
@@ -251,7 +283,8 @@ constexpr std::array<Target, 12> kTargets{{{"endpoint", endpoint},
                                            {"trace", trace},
                                            {"sensors", sensors},
                                            {"drive", drive},
-                                           {"mopa", mopa}}};
+                                           {"mopa", mopa},
+                                           {"pendant", pendant}}};
 
 }  // namespace
 

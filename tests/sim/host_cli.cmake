@@ -29,6 +29,9 @@ if(SC_HOST AND SC_SIM)
   sc_test(sim_params_test LABEL sim TIMEOUT 120
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/params_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)
+  sc_test(sim_pendant_test LABEL sim TIMEOUT 120
+    SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/pendant_test.cpp ${sc_cli_program}
+    DEPS nlohmann_json::nlohmann_json)
   sc_test(sim_key_test LABEL sim TIMEOUT 300
     SOURCES ${CMAKE_CURRENT_LIST_DIR}/host/cli/key_test.cpp ${sc_cli_program}
     DEPS nlohmann_json::nlohmann_json)

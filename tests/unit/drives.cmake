@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 sc_test(unit_firmware_drives LABEL unit
   SOURCES ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/axis402_test.cpp
-    ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/bus_budget_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/shared/drives/bus_budget_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/canopen_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/drive_configuration_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/drive_node_test.cpp

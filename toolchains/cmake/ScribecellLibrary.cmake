@@ -30,7 +30,7 @@ endif()
 # What decodes bytes or reads files tells the fuzzer which way it went (tests/fuzz). In the build with the sanitizers alone,
 # so that this costs no build of its own.
 set(SC_FUZZED shared/link shared/machine shared/path shared/trace firmware/drives firmware/laser firmware/link
-  firmware/recording firmware/sensors host/bridge host/formats)
+  firmware/recording firmware/sensors host/bridge host/formats host/pendant)
 
 # Layers by top folder, and which an origin may link.
 set(SC_MAY_LINK_shared shared)

@@ -11,9 +11,6 @@
 namespace sc::sim {
 namespace {
 
-/// Where the axes happen to stand when the cell is switched on: base units, off every grid.
-constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
-
 /// The board latches its encoders so long before the tick.
 constexpr std::int32_t kEncoderAgeNs = 20'000;
 
@@ -35,7 +32,7 @@ void check_periods(const MachineConfig& machine) {
 }  // namespace
 
 CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vector<FaultEvent> script,
-                     GuardFunction guard_function)
+                     GuardFunction guard_function, const PlantDrives& drives)
     : machine_(machine),
       world_(&world),
       guard_(guard_function),
@@ -52,6 +49,8 @@ CellPlant::CellPlant(const MachineConfig& machine, const World& world, std::vect
     const std::int64_t drive_cycle_ns = machine.drive_cycle_ticks * machine.control_period_ns;
     for (std::size_t i = 0; i < kAxisCount; ++i) {
         SimDriveOptions options = drive_options(machine.axis[i], drive_cycle_ns, kPowerUpPosition[i]);
+        options.quirks = drives.quirks[i];
+        options.second_bus = drives.second_bus[i];
         options.backlash = world.spec().drives.backlash[i];
         options.servo.disturbance = world.spec().drives.disturbance[i];
         options.servo.disturbance_frequency = world.spec().drives.disturbance_frequency;

@@ -58,6 +58,12 @@ inline constexpr std::int64_t kGuardActNs = 5'000;
 /// From the start of a tick that cancels the laser to the shut gate.
 inline constexpr std::int64_t kCancelActNs = 10'000;
 
+/// What the cell's drives have of their own, by axis.
+struct PlantDrives {
+    std::array<DriveQuirks, kAxisCount> quirks{};
+    std::array<bool, kAxisCount> second_bus{};
+};
+
 /// All that is outside the controller: drives and axes, head, laser, I/O lines, the true world, and the script of
 /// faults. Plays the outputs of tick n in [t_n+1, t_n+2), as firmware/hal/io.hpp says. For tick n, at t_n:
 ///
@@ -67,8 +73,9 @@ inline constexpr std::int64_t kCancelActNs = 10'000;
 class CellPlant {
 public:
     /// `world` must outlive this. Throws std::invalid_argument for periods that do not divide each other.
+    /// `drives`: what differs from plain ones.
     CellPlant(const MachineConfig& machine, const World& world, std::vector<FaultEvent> script,
-              GuardFunction guard_function);
+              GuardFunction guard_function, const PlantDrives& drives = {});
 
     /// Inputs at t_n, all but the link's. The spans stay valid until the next call.
     void sample(ServoInputs& inputs);

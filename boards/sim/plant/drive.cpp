@@ -13,15 +13,12 @@ namespace {
 using State = DriveStates::State;
 
 constexpr std::int64_t kStepNs = 50'000;
-constexpr std::int64_t kSettleNs = 20'000'000;
 constexpr std::int64_t kShortestLagNs = 500'000;
 constexpr std::int64_t kNsPerMs = 1'000'000;
 constexpr double kNsToS = 1e-9;
 
 constexpr std::uint32_t kModeHoming = 6;
 constexpr std::uint32_t kModeCsp = 8;
-constexpr std::uint32_t kMethodHere = 37;
-constexpr std::uint16_t kHomingStartBit = 0x10;
 constexpr std::uint16_t kStatusReached = 0x0400;
 constexpr std::uint16_t kStatusBit12 = 0x1000;
 constexpr std::uint16_t kStatusBit13 = 0x2000;
@@ -46,12 +43,14 @@ SimDriveOptions drive_options(const AxisConfig& axis, std::int64_t drive_cycle_n
     options.servo.brake = 10.0 * axis.acceleration;
     options.servo.speed_limit = 1.5 * axis.speed;
     options.servo.reference_position = axis.home_position;
+    options.negative_limit = axis.travel_min - 0.002;
+    options.positive_limit = axis.travel_max + 0.002;
     return options;
 }
 
 SimDrive::SimDrive(const SimDriveOptions& options)
     : options_(options),
-      objects_(options.node),
+      objects_(options.node, options.quirks),
       servo_(options.servo, options.initial_position),
       demand_(options.initial_position) {
     before_.position = options.initial_position;
@@ -97,6 +96,7 @@ void SimDrive::advance(std::int64_t dt_ns) {
     const double dt = static_cast<double>(dt_ns) * kNsToS;
     const double demand_before = demand_.position();
     demand_.advance(dt);
+    run_brake();
     servo_.disturb(states_.state() == State::operation_enabled && in_mode(kModeCsp));
     servo_.step(0.5 * (demand_before + demand_.position()), dt);
     t_ns_ += dt_ns;
@@ -110,6 +110,7 @@ void SimDrive::advance(std::int64_t dt_ns) {
     on_state_change(before);
     advance_homing(dt_ns);
     watch_following();
+    watch_sync();
     follow_mode();
     advance_communication();
 }
@@ -164,37 +165,31 @@ void SimDrive::follow_mode() {
     }
 }
 
-void SimDrive::actuate_homing(std::uint16_t controlword) {
-    const bool bit = (controlword & kHomingStartBit) != 0;
-    const bool moving = homing_ == Homing::searching || homing_ == Homing::settling;
-    if (bit && !homing_bit_) {
-        homing_ = Homing::searching;
-        if (objects_.get(0x6098) == kMethodHere) {
-            options_.servo.reference_position = servo_.position();
-        }
-        demand_.go_to(options_.servo.reference_position, in_units(objects_.get(0x6099, 1)),
-                      in_units(objects_.get(0x6099, 2)), in_units(objects_.get(0x609A)));
-    } else if (!bit && moving) {
-        homing_ = Homing::broken_off;
-        demand_.ramp_down(in_units(objects_.get(0x609A)));
+/// Without a weight that would fall, the brake is a matter of the power alone.
+void SimDrive::run_brake() {
+    constexpr std::uint32_t kBrakeBit = 1;
+    const bool told = (objects_.get(0x60FE, 2) & kBrakeBit) != 0 && (objects_.get(0x60FE, 1) & kBrakeBit) != 0;
+    const bool wanted = told || !states_.powered();
+    if (wanted == brake_closed_) {
+        brake_at_ns_ = -1;
+    } else if (brake_at_ns_ < 0) {
+        brake_at_ns_ = t_ns_ + options_.brake_ns;
     }
-    homing_bit_ = bit;
+    if (wanted != brake_closed_ && t_ns_ >= brake_at_ns_) {
+        brake_closed_ = wanted;
+        brake_at_ns_ = -1;
+    }
+    servo_.brake(brake_closed_);
 }
 
-void SimDrive::advance_homing(std::int64_t dt_ns) {
-    if (homing_ == Homing::searching && demand_.at_rest()) {
-        homing_ = reference_hidden_ ? Homing::failed : Homing::settling;
-        settled_ns_ = 0;
-    }
-    if (homing_ != Homing::settling) {
-        return;
-    }
-    settled_ns_ = std::abs(following_error_counts()) <= 1.0 ? settled_ns_ + dt_ns : 0;
-    if (settled_ns_ >= kSettleNs) {
-        const double reference = options_.servo.reference_position;
-        servo_.set_counts_at(reference, std::bit_cast<std::int32_t>(objects_.get(0x607C)));
-        demand_.hold(reference);
-        homing_ = Homing::attained;
+void SimDrive::watch_sync() {
+    constexpr std::uint16_t kSyncErrorCode = 0x8700;
+    const std::int64_t period = static_cast<std::int64_t>(objects_.get(0x60C2, 1)) * kNsPerMs;
+    const bool counts = options_.quirks.lost_syncs > 0 && sync_ns_ >= 0 && states_.powered() && period > 0;
+    // Half a period of tolerance: a SYNC that comes a little late is not lost.
+    if (counts && t_ns_ - sync_ns_ >= period * static_cast<std::int64_t>(options_.quirks.lost_syncs) + period / 2) {
+        sync_ns_ = -1;
+        enter_fault(kSyncErrorCode);
     }
 }
 
@@ -223,6 +218,8 @@ void SimDrive::enter_fault(std::uint16_t code) {
     on_state_change(before);
     objects_.set(0x603F, 0, code);
     objects_.set(0x1001, 0, 1);
+    objects_.set(0x1003, 0, 1);
+    objects_.set(0x1003, 1, code);
     send_emergency(code);
     if (code == kFollowingErrorCode) {
         // The loop cannot be trusted with a ramp: power off, brake on.
@@ -253,6 +250,7 @@ std::uint16_t SimDrive::statusword() const noexcept {
         return with(kStatusBit12 | (error_since_ns_ >= 0 ? kStatusBit13 : 0U));
     }
     switch (homing_) {
+        case Homing::to_switch:
         case Homing::searching:
         case Homing::settling: return bits;
         case Homing::attained: return with(kStatusBit12 | kStatusReached);

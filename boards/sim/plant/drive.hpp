@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
@@ -18,9 +19,19 @@
 
 namespace sc::sim {
 
+/// Where the axes happen to stand when the cell is switched on: base units, off every grid.
+inline constexpr std::array<double, kAxisCount> kPowerUpPosition{-0.0312347, -0.0118763, -0.0273019, 3.7131};
+
 struct SimDriveOptions {
     std::uint8_t node = 1;
     ServoOptions servo{};
+    DriveQuirks quirks{};
+    bool second_bus = false;       ///< its frames carry kSecondDriveBus
+    std::int64_t brake_ns = 0;     ///< the brake opens and closes so long after it was told to
+    double negative_limit = -1e9;  ///< base units: true places of the limit switches
+    double positive_limit = 1e9;
+    double hard_stop = 0.005;       ///< base units: the axis cannot go so far beyond a limit switch
+    double index_pitch = 0.005;     ///< base units between two index pulses; one lies at the reference switch
     double backlash = 0.0;          ///< base units: whole play between the motor and what it moves
     double initial_position = 0.0;  ///< base units: true place at power-up; the encoder reads 0 there
 };
@@ -39,7 +50,7 @@ public:
     explicit SimDrive(const SimDriveOptions& options);
 
     /// A frame on the bus at `t_ns` (all nodes see all frames). Steps the axis to `t_ns` first.
-    void receive(const DriveFrame& frame, std::int64_t t_ns);
+    void receive(const DriveFrame& on_bus, std::int64_t t_ns);
     /// Moves the axis on to `t_ns`, in internal steps of at most 50 µs; sends heartbeats and times out by itself.
     void step_to(std::int64_t t_ns);
     /// Appends the frames that the drive has sent since the last call.
@@ -77,7 +88,18 @@ private:
         double position = 0.0;
         double velocity = 0.0;
     };
-    enum class Homing : std::uint8_t { idle, searching, settling, attained, failed, broken_off };
+    enum class Homing : std::uint8_t { idle, to_switch, searching, settling, attained, failed, broken_off };
+    /// Where a method of homing leads: first to a switch or stop, then slowly to what it looks for.
+    struct HomingWay {
+        double turn = 0.0;
+        double end = 0.0;
+        bool direct = true;  ///< there is nothing to be met before the end
+    };
+    /// An RPDO that waits for its effect.
+    struct Pending {
+        std::int64_t at_ns = 0;
+        std::array<std::vector<std::uint8_t>, 2> rpdo;
+    };
 
     void send(std::uint32_t id, std::span<const std::uint8_t> data);
     void send_emergency(std::uint16_t code);
@@ -85,7 +107,12 @@ private:
     void answer_sdo(const DriveFrame& frame);
     void sync();
     void send_tpdo();
-    void unpack_rpdo(std::span<const std::uint8_t> data);
+    void unpack_rpdo(std::uint16_t mapping, std::span<const std::uint8_t> data);
+    void take_rpdo(std::uint16_t number, std::span<const std::uint8_t> data);
+    void apply(Pending& pending);
+    void watch_sync();
+    void run_brake();
+    [[nodiscard]] HomingWay homing_way() const noexcept;
     void advance_communication();
 
     void actuate();
@@ -109,7 +136,14 @@ private:
     Servo servo_;
     Trajectory demand_;
     std::vector<DriveFrame> sent_;
-    std::vector<std::uint8_t> waiting_rpdo_;
+    std::array<std::vector<std::uint8_t>, 2> waiting_rpdo_;  ///< for the next SYNC
+    std::deque<Pending> pending_;
+    std::int64_t taken_ns_ = -1;     ///< when an RPDO was taken last
+    std::int64_t sync_ns_ = -1;      ///< when a SYNC came last
+    std::int64_t brake_at_ns_ = -1;  ///< when the brake will have moved
+    bool brake_closed_ = true;
+    std::uint16_t told_statusword_ = 0;
+    HomingWay way_{};
     std::uint8_t nmt_state_ = 0;
     bool silent_ = false;
     bool reference_hidden_ = false;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "boards/sim/plant/drive.hpp"
 
@@ -25,12 +26,15 @@ constexpr std::uint16_t kHeartbeatErrorCode = 0x8130;
 }  // namespace
 
 void SimDrive::restart() {
-    objects_ = ObjectDictionary(options_.node);
+    objects_ = ObjectDictionary(options_.node, options_.quirks);
     states_.reset();
     servo_.power(false);
     servo_.set_counts_at(servo_.position(), 0);
     demand_.hold(servo_.position());
-    waiting_rpdo_.clear();
+    waiting_rpdo_ = {};
+    pending_.clear();
+    taken_ns_ = -1;
+    sync_ns_ = -1;
     nmt_state_ = kInitialising;
     homing_ = Homing::idle;
     homing_bit_ = false;
@@ -50,7 +54,7 @@ void SimDrive::send(std::uint32_t id, std::span<const std::uint8_t> data) {
         return;
     }
     DriveFrame frame;
-    frame.id = static_cast<std::uint16_t>(id & kFrameIdMask);
+    frame.id = static_cast<std::uint16_t>((id & kFrameIdMask) | (options_.second_bus ? kSecondDriveBus : 0U));
     frame.size = static_cast<std::uint8_t>(data.size());
     std::ranges::copy(data, frame.data.begin());
     sent_.push_back(frame);
@@ -62,12 +66,14 @@ void SimDrive::send_emergency(std::uint16_t code) {
     send(0x080U + options_.node, data);
 }
 
-void SimDrive::receive(const DriveFrame& frame, std::int64_t t_ns) {
+void SimDrive::receive(const DriveFrame& on_bus, std::int64_t t_ns) {
     step_to(t_ns);
-    if (silent_ || nmt_state_ == kInitialising) {
+    const bool other_bus = ((on_bus.id & kSecondDriveBus) != 0) != options_.second_bus;
+    if (silent_ || other_bus || nmt_state_ == kInitialising) {
         return;
     }
-    const std::uint32_t rpdo = objects_.get(0x1400, 1);
+    DriveFrame frame = on_bus;
+    frame.id = static_cast<std::uint16_t>(frame.id & kFrameIdMask);
     const std::uint32_t watched = objects_.get(0x1016, 1) >> 16U;
     if (frame.id == 0x000 && frame.size == 2) {
         if (frame.data[1] == 0 || frame.data[1] == options_.node) {
@@ -79,14 +85,22 @@ void SimDrive::receive(const DriveFrame& frame, std::int64_t t_ns) {
         answer_sdo(frame);
     } else if (watched != 0 && frame.id == 0x700U + watched) {
         master_heard_ns_ = t_ns_;
-    } else if ((rpdo & kPdoOff) == 0 && frame.id == (rpdo & kFrameIdMask) && nmt_state_ == kOperational) {
-        const std::span<const std::uint8_t> data(frame.data.data(), frame.size);
-        if (objects_.get(0x1400, 2) <= kCyclicTypes) {
-            waiting_rpdo_.assign(data.begin(), data.end());
-        } else {
-            unpack_rpdo(data);
-            actuate();
+    } else if (nmt_state_ == kOperational && frame.id >= 0x180 && frame.id < 0x580) {
+        for (std::uint16_t number = 0; number < waiting_rpdo_.size(); ++number) {
+            const std::uint32_t rpdo = objects_.get(static_cast<std::uint16_t>(0x1400 + number), 1);
+            if ((rpdo & kPdoOff) == 0 && frame.id == (rpdo & kFrameIdMask)) {
+                take_rpdo(number, std::span(frame.data).first(frame.size));
+            }
         }
+    }
+}
+
+void SimDrive::take_rpdo(std::uint16_t number, std::span<const std::uint8_t> data) {
+    if (objects_.get(static_cast<std::uint16_t>(0x1400 + number), 2) <= kCyclicTypes) {
+        waiting_rpdo_.at(number).assign(data.begin(), data.end());
+    } else {
+        unpack_rpdo(static_cast<std::uint16_t>(0x1600 + number), data);
+        actuate();
     }
 }
 
@@ -107,22 +121,46 @@ void SimDrive::nmt(std::uint8_t command) {
         states_.control(kQuickStopWord);
         on_state_change(before);
     }
+    syncs_ = next == kOperational && nmt_state_ != kOperational ? 0 : syncs_;
     nmt_state_ = next;
 }
 
 void SimDrive::answer_sdo(const DriveFrame& frame) {
+    constexpr std::uint8_t kClientAborts = 0x80;
     refresh_objects();
     const std::array<std::uint8_t, 8> reply = objects_.serve(frame.data);
+    if (frame.data[0] == kClientAborts) {
+        return;
+    }
     send(0x580U + options_.node, reply);
 }
 
 void SimDrive::sync() {
     ++syncs_;
     // What the TPDO reports was so at the SYNC, before the SYNC makes the waiting RPDO effective.
-    send_tpdo();
-    if (!waiting_rpdo_.empty()) {
-        unpack_rpdo(waiting_rpdo_);
-        waiting_rpdo_.clear();
+    if (objects_.get(0x1800, 2) <= kCyclicTypes) {
+        send_tpdo();
+    }
+    sync_ns_ = t_ns_;
+    Pending now{.at_ns = t_ns_ + options_.quirks.pdo_delay_ns, .rpdo = {}};
+    const bool soon = taken_ns_ >= 0 && t_ns_ - taken_ns_ < options_.quirks.pdo_gap_ns;
+    std::swap(now.rpdo, waiting_rpdo_);
+    if (soon) {
+        return;
+    }
+    taken_ns_ = t_ns_;
+    if (options_.quirks.pdo_delay_ns == 0) {
+        apply(now);
+    } else {
+        pending_.push_back(std::move(now));
+    }
+}
+
+void SimDrive::apply(Pending& pending) {
+    for (std::uint16_t number = 0; number < pending.rpdo.size(); ++number) {
+        if (!pending.rpdo.at(number).empty()) {
+            unpack_rpdo(static_cast<std::uint16_t>(0x1600 + number), pending.rpdo.at(number));
+        }
     }
     actuate();
 }
@@ -130,7 +168,7 @@ void SimDrive::sync() {
 void SimDrive::send_tpdo() {
     const std::uint32_t cob_id = objects_.get(0x1800, 1);
     const std::uint32_t every = objects_.get(0x1800, 2);
-    const bool due = every >= 1 && every <= kCyclicTypes && syncs_ % every == 0;
+    const bool due = every > kCyclicTypes || (every >= 1 && syncs_ % every == 0);
     if ((cob_id & kPdoOff) != 0 || !due) {
         return;
     }
@@ -147,10 +185,10 @@ void SimDrive::send_tpdo() {
     send(cob_id, data);
 }
 
-void SimDrive::unpack_rpdo(std::span<const std::uint8_t> data) {
+void SimDrive::unpack_rpdo(std::uint16_t mapping, std::span<const std::uint8_t> data) {
     std::size_t at = 0;
-    for (std::uint32_t sub = 1; sub <= objects_.get(0x1600, 0); ++sub) {
-        const std::uint32_t mapped = objects_.get(0x1600, static_cast<std::uint8_t>(sub));
+    for (std::uint32_t sub = 1; sub <= objects_.get(mapping, 0); ++sub) {
+        const std::uint32_t mapped = objects_.get(mapping, static_cast<std::uint8_t>(sub));
         const std::size_t bytes = (mapped & 0xFFU) / 8;
         if (at + bytes > data.size()) {
             return;
@@ -165,6 +203,14 @@ void SimDrive::unpack_rpdo(std::span<const std::uint8_t> data) {
 }
 
 void SimDrive::advance_communication() {
+    while (!pending_.empty() && t_ns_ >= pending_.front().at_ns) {
+        apply(pending_.front());
+        pending_.pop_front();
+    }
+    if (nmt_state_ == kOperational && objects_.get(0x1800, 2) > kCyclicTypes && statusword() != told_statusword_) {
+        told_statusword_ = statusword();
+        send_tpdo();
+    }
     if (nmt_state_ == kInitialising) {
         if (t_ns_ >= boot_at_ns_) {
             nmt_state_ = kPreOperational;

@@ -8,41 +8,17 @@ namespace sc::sim {
 namespace {
 
 constexpr std::uint32_t kOk = 0;
-constexpr std::uint32_t kBadCommand = 0x0504'0001;
 constexpr std::uint32_t kReadOnly = 0x0601'0002;
-constexpr std::uint32_t kNoObject = 0x0602'0000;
 constexpr std::uint32_t kNotMappable = 0x0604'0041;
 constexpr std::uint32_t kMappingTooLong = 0x0604'0042;
-constexpr std::uint32_t kBadLength = 0x0607'0010;
-constexpr std::uint32_t kNoSubIndex = 0x0609'0011;
 constexpr std::uint32_t kBadValue = 0x0609'0030;
 constexpr std::uint32_t kWrongState = 0x0800'0022;
 
 constexpr std::uint32_t kPdoOff = 0x8000'0000;
 constexpr std::uint32_t kPdoIdMask = 0x1FFF'FFFF;
-constexpr std::uint32_t kHomingHomeSwitch = 19;
-constexpr std::uint32_t kHomingHere = 37;
+constexpr std::uint32_t kNoRemoteRequest = 0x4000'0000;
+constexpr std::uint32_t kLongestPeriodUs = 20'000;
 constexpr std::uint8_t kMappingEntries = 4;
-
-std::uint32_t little_endian(const std::array<std::uint8_t, 8>& bytes, std::size_t at, std::size_t count) noexcept {
-    std::uint32_t value = 0;
-    for (std::size_t i = count; i > 0; --i) {
-        value = (value << 8U) | bytes.at(at + i - 1);
-    }
-    return value;
-}
-
-std::array<std::uint8_t, 8> answer(std::uint8_t command, const std::array<std::uint8_t, 8>& request,
-                                   std::uint32_t value) noexcept {
-    return {command,
-            request[1],
-            request[2],
-            request[3],
-            static_cast<std::uint8_t>(value),
-            static_cast<std::uint8_t>(value >> 8U),
-            static_cast<std::uint8_t>(value >> 16U),
-            static_cast<std::uint8_t>(value >> 24U)};
-}
 
 bool is_pdo_communication(std::uint16_t index) noexcept {
     return (index >= 0x1400 && index <= 0x1403) || (index >= 0x1800 && index <= 0x1803);
@@ -51,9 +27,15 @@ bool is_pdo_mapping(std::uint16_t index) noexcept {
     return (index >= 0x1600 && index <= 0x1603) || (index >= 0x1A00 && index <= 0x1A03);
 }
 
+bool is_homing_method(std::uint32_t value) noexcept {
+    const int method = static_cast<std::int8_t>(value);
+    const bool switches = (method >= 17 && method <= 22) || method == 1 || method == 2;
+    return switches || (method >= -4 && method <= -1) || method == 33 || method == 34 || method == 35 || method == 37;
+}
+
 }  // namespace
 
-ObjectDictionary::ObjectDictionary(std::uint8_t node) {
+ObjectDictionary::ObjectDictionary(std::uint8_t node, const DriveQuirks& quirks) : quirks_(quirks) {
     using enum Access;
     entries_ = {
         {0x1000, 0, 4, read_only, 0x0002'0192}, {0x1001, 0, 1, read_only, 0},
@@ -73,10 +55,38 @@ ObjectDictionary::ObjectDictionary(std::uint8_t node) {
         {0x609A, 0, 4, read_write, 1'000'000},  {0x60C2, 0, 1, read_only, 2},
         {0x60C2, 1, 1, read_write, 1},          {0x60C2, 2, 1, read_write, 0xFD},
         {0x60F4, 0, 4, read_only, 0},           {0x6502, 0, 4, read_only, 0xA0},
+        {0x60FE, 0, 1, read_only, 2},           {0x60FE, 1, 4, read_write, 0},
+        {0x60FE, 2, 4, read_write, 0},          {0x60FD, 0, 4, read_only, 0},
+        {0x1003, 0, 1, read_write, 0},          {0x1003, 1, 4, read_only, 0},
     };
+    texts_ = {{0x1008, read_only, "scribecell simulated servo drive"},
+              {0x1009, read_only, "1.0"},
+              {0x100A, read_only, "CiA 402 CSP and homing"},
+              {0x2000, read_write, "axis"}};
     for (std::uint16_t n = 0; n < 2; ++n) {
         add_pdo(static_cast<std::uint16_t>(0x1400 + n), 0x200U + 0x100U * n + node, read_write);
         add_pdo(static_cast<std::uint16_t>(0x1800 + n), 0x180U + 0x100U * n + node, read_write);
+    }
+    apply_quirks(node);
+}
+
+void ObjectDictionary::apply_quirks(std::uint8_t node) {
+    if (quirks_.no_period) {
+        set(0x60C2, 1, 0);
+        set(0x60C2, 2, 0);
+    }
+    if (quirks_.no_6007) {
+        std::erase_if(entries_, [](const Entry& e) { return e.index == 0x6007 || e.index == 0x1006; });
+    }
+    if (quirks_.bit_30) {
+        for (const std::uint16_t index : std::array<std::uint16_t, 4>{0x1400, 0x1401, 0x1800, 0x1801}) {
+            set(index, 1, get(index, 1) | kNoRemoteRequest);
+        }
+    }
+    if (quirks_.event_driven) {
+        set(0x1800, 1, 0x180U + node + (quirks_.bit_30 ? kNoRemoteRequest : 0U));
+        set(0x1A00, 1, 0x6041'0010);
+        set(0x1A00, 0, 1);
     }
 }
 
@@ -115,34 +125,6 @@ void ObjectDictionary::set(std::uint16_t index, std::uint8_t sub, std::uint32_t 
     }
 }
 
-std::array<std::uint8_t, 8> ObjectDictionary::serve(const std::array<std::uint8_t, 8>& request) {
-    const auto abort = [&](std::uint32_t code) { return answer(0x80, request, code); };
-    const auto index = static_cast<std::uint16_t>(little_endian(request, 1, 2));
-    const std::uint8_t command = request[0];
-    const bool upload = command == 0x40;
-    const bool download = (command & 0xF3U) == 0x23U;
-    if (!upload && !download) {
-        return abort(kBadCommand);
-    }
-    Entry* entry = find(index, request[3]);
-    if (entry == nullptr) {
-        return abort(has_index(index) ? kNoSubIndex : kNoObject);
-    }
-    const auto unused = static_cast<std::uint8_t>(4U - entry->size);
-    if (upload) {
-        return answer(static_cast<std::uint8_t>(0x43U | (static_cast<unsigned>(unused) << 2U)), request, entry->value);
-    }
-    if (((command >> 2U) & 3U) != unused) {
-        return abort(kBadLength);
-    }
-    const std::uint32_t value = little_endian(request, 4, entry->size);
-    if (const std::uint32_t refused = check_write(*entry, value); refused != kOk) {
-        return abort(refused);
-    }
-    entry->value = value;
-    return answer(0x60, request, 0);
-}
-
 std::uint32_t ObjectDictionary::check_write(const Entry& entry, std::uint32_t value) const noexcept {
     if (entry.access == Access::read_only) {
         return kReadOnly;
@@ -155,16 +137,24 @@ std::uint32_t ObjectDictionary::check_write(const Entry& entry, std::uint32_t va
     }
     switch (entry.index) {
         case 0x6060: return value == 6 || value == 8 ? kOk : kBadValue;
-        case 0x6098: return value == kHomingHomeSwitch || value == kHomingHere ? kOk : kBadValue;
+        case 0x6098: return is_homing_method(value) ? kOk : kBadValue;
+        case 0x1006: return is_period(value) ? kOk : kBadValue;
         case 0x605A: return value == 2 ? kOk : kBadValue;
         case 0x60C2: return entry.sub != 1 || value != 0 ? kOk : kBadValue;
         default: return kOk;
     }
 }
 
+bool ObjectDictionary::is_period(std::uint32_t us) const noexcept {
+    return quirks_.period_step_us == 0 || (us % quirks_.period_step_us == 0 && us <= kLongestPeriodUs);
+}
+
 std::uint32_t ObjectDictionary::check_pdo(const Entry& entry, std::uint32_t value) const noexcept {
     if (entry.sub == 2) {
         return value <= 240 || value >= 254 ? kOk : kBadValue;
+    }
+    if (quirks_.bit_30 && entry.index >= 0x1800 && (value & kNoRemoteRequest) == 0) {
+        return kBadValue;
     }
     // The identifier may change only while the PDO is off, before and after.
     const bool changes_id = ((entry.value ^ value) & kPdoIdMask) != 0;
@@ -178,8 +168,10 @@ std::uint32_t ObjectDictionary::check_mapping(const Entry& entry, std::uint32_t 
     }
     if (entry.sub != 0) {
         const bool counting = get(entry.index, 0) != 0;
+        const bool dummy = value >> 8U == 0x0007'00 && !quirks_.no_dummy && entry.index < 0x1800;
         const std::uint8_t size =
-            size_of(static_cast<std::uint16_t>(value >> 16U), static_cast<std::uint8_t>(value >> 8U));
+            dummy ? std::uint8_t{4}
+                  : size_of(static_cast<std::uint16_t>(value >> 16U), static_cast<std::uint8_t>(value >> 8U));
         return counting ? kWrongState : (size != 0 && 8U * size == (value & 0xFFU) ? kOk : kNotMappable);
     }
     if (value > kMappingEntries) {

@@ -161,12 +161,13 @@ void Servo::step(double demand, double dt_s) noexcept {
     // Midpoint rule: an error of first order in the step would already shift the lag by half a step.
     const double half = 0.5 * dt_s;
     const double middle_velocity = velocity_ + half * force(position_, velocity_, demand);
-    const double acceleration = force(position_ + half * velocity_, middle_velocity, demand);
+    const double falling = powered_ || braked_ ? 0.0 : -options_.gravity;
+    const double acceleration = falling + force(position_ + half * velocity_, middle_velocity, demand);
     // Half way through the step, as the demand is.
     const double omega = 2.0 * kPi * options_.disturbance_frequency;
     const double pushed = disturbed_ && push_ > 0.0 ? push_ * std::sin(omega * (phase_ + half)) : 0.0;
     phase_ += dt_s;
-    const double friction = options_.friction + (powered_ ? 0.0 : options_.brake);
+    const double friction = options_.friction + (braked_ ? options_.brake : 0.0);
     const double before = velocity_;
     velocity_ = towards_zero(velocity_ + dt_s * (acceleration + pushed), friction * dt_s);
     position_ += 0.5 * (before + velocity_) * dt_s;

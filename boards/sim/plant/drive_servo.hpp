@@ -17,6 +17,9 @@ struct ServoOptions {
     double brake = 50.0;              ///< deceleration without power, base units / s²
     double speed_limit = 0.3;         ///< of the velocity loop, base units / s
     double reference_position = 0.0;  ///< true place of the reference switch
+    /// Without power and with its brake open the axis falls, towards minus; base units / s². In the loop it is
+    /// balanced.
+    double gravity = 0.0;
     /// A force that swings as a sine while the drive follows targets: the following error, base units, that it would
     /// make in the loop without friction; and its frequency, Hz.
     double disturbance = 0.0;
@@ -82,7 +85,12 @@ public:
     /// Moves the encoder's zero so that the true place `position` reads `counts`.
     void set_counts_at(double position, std::int64_t counts) noexcept;
 
-    void power(bool on) noexcept { powered_ = on; }
+    /// The brake holds whenever there is no power, unless `brake` is called after.
+    void power(bool on) noexcept {
+        powered_ = on;
+        braked_ = !on;
+    }
+    void brake(bool closed) noexcept { braked_ = closed; }
     void freeze_encoder(bool on) noexcept;
     void block(bool on) noexcept;
     /// The force of the disturbance acts.
@@ -109,6 +117,7 @@ private:
     bool frozen_ = false;
     bool blocked_ = false;
     bool powered_ = false;
+    bool braked_ = true;
 };
 
 }  // namespace sc::sim

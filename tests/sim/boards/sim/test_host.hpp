@@ -15,9 +15,10 @@
 namespace sc::sim {
 
 /// The least of a host: speaks the link to a cell in the same process, in the cell's time.
-class TestHost {
+template <class Cell>
+class BasicTestHost {
 public:
-    explicit TestHost(SimCell& cell) : cell_(&cell) {}
+    explicit BasicTestHost(Cell& cell) : cell_(&cell) {}
 
     template <class Message>
     void send(const Message& message) {
@@ -148,7 +149,7 @@ private:
     void take(const link::Parameters&) {}
     void take(const link::SealChallenge&) {}
 
-    SimCell* cell_;
+    Cell* cell_;
     std::uint16_t counter_ = 0;
     std::uint32_t sequence_ = 0;
     std::uint64_t job_ = 0;
@@ -159,5 +160,6 @@ private:
     std::optional<link::HelloReply> hello_;
     std::optional<link::CommandReply> reply_;
 };
+using TestHost = BasicTestHost<SimCell>;
 
 }  // namespace sc::sim

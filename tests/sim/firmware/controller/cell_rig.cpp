@@ -20,6 +20,7 @@ CellRig::CellRig(const Options& options) : options_(options) {
     cell.record = options.record;
     cell.memory = options.memory;
     cell.controller = options.controller;
+    cell.drives = options.drives;
     cell.on_pulse = [this](const trace::PulseRecord& pulse) { pulses_.push_back(pulse); };
     cell_ = std::make_unique<sim::SimCell>(cell);
 }

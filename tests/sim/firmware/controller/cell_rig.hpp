@@ -36,6 +36,7 @@ public:
         std::filesystem::path record{};  ///< log of the controller's inputs; empty = none
         MachineConfig machine = reference_machine();
         sim::MakeController controller = sim::make_local_controller;
+        sim::PlantDrives drives{};
         bool troubled_stream = false;  ///< each block comes twice, and before it a spoilt one of another job
     };
     CellRig() : CellRig(Options{}) {}

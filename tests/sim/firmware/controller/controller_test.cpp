@@ -68,6 +68,31 @@ TEST(Controller, GivesTheSameBitsOnEveryCompiler) {
     EXPECT_EQ(undisturbed().command_hash(), "fe5832ea85769ff5fad11c3a62dd89ffa39f7f4b32569421f6160118b650c107");
 }
 
+TEST(Controller, AnyPlanOfTheDrivesGivesTheSameJob) {
+    const std::array<void (*)(DriveOptions&, std::size_t), 3> changes{
+        [](DriveOptions& drive, std::size_t) { drive.status_every = 2; },
+        [](DriveOptions& drive, std::size_t) { drive.paired = true; },
+        [](DriveOptions& drive, std::size_t axis) { drive.bus = axis < 2 ? 0 : 1; }};
+    for (const auto change : changes) {
+        DrivePlan plan;
+        CellRig::Options options;
+        for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+            change(plan.drive[axis], axis);
+            options.drives.second_bus[axis] = plan.drive[axis].bus == 1;
+        }
+        options.controller = [plan](const MachineConfig& machine, std::uint32_t boot_id, RetainedMemory* retained) {
+            return std::make_unique<sim::LocalController>(machine, boot_id, retained, plan);
+        };
+        CellRig rig(options);
+        start_short_job(rig);
+        EXPECT_TRUE(rig.until([&] { return (rig.status().flags & link::kFlagJobDone) != 0; }))
+            << "state " << static_cast<int>(rig.state()) << ", faults " << rig.status().faults << ", status every "
+            << static_cast<int>(plan.drive[0].status_every) << (plan.drive[0].paired ? ", paired" : "");
+        EXPECT_EQ(rig.command_hash(), undisturbed().command_hash());
+        EXPECT_EQ(rig.status().faults, 0U);
+    }
+}
+
 TEST(Controller, PlacesPulsesAtEqualDistance) {
     const CellRig& rig = undisturbed();
     for (std::size_t i = 1; i < rig.path_pulses().size(); ++i) {

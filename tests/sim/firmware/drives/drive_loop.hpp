@@ -21,11 +21,18 @@ inline double units_per_base(std::size_t axis) { return axis == index(Axis::c) ?
 /// drives at t_n+1, their answers the master in tick n+1.
 class DriveLoop {
 public:
-    explicit DriveLoop(const MachineConfig& config = reference_machine(), std::array<double, 4> start = kStart)
-        : machine(config), master(machine) {
+    explicit DriveLoop(const MachineConfig& config = reference_machine(), std::array<double, 4> start = kStart,
+                       const DrivePlan& plan = kPlainDrives,
+                       const std::function<void(std::size_t, sim::SimDriveOptions&)>& change = {})
+        : machine(config), master(machine, plan) {
         const std::int64_t cycle_ns = machine.control_period_ns * static_cast<std::int64_t>(machine.drive_cycle_ticks);
         for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-            drives.emplace_back(sim::drive_options(machine.axis[axis], cycle_ns, start[axis]));
+            sim::SimDriveOptions options = sim::drive_options(machine.axis[axis], cycle_ns, start[axis]);
+            options.second_bus = plan.drive[axis].bus == 1;
+            if (change) {
+                change(axis, options);
+            }
+            drives.emplace_back(options);
         }
     }
 

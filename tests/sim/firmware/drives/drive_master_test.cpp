@@ -183,7 +183,7 @@ TEST(DriveMaster, RefusesABusThatIsTooFull) {
     }
     DriveLoop loop(machine);
     ASSERT_FALSE(loop.master.budget().has_value());
-    EXPECT_EQ(loop.master.budget().error(), Refusal::bad_config);
+    EXPECT_EQ(loop.master.budget().error(), Refusal::drive_bus_full);
     loop.run(500);
     EXPECT_TRUE(loop.sent.empty());
     EXPECT_FALSE(loop.outcome.all_present);

@@ -105,7 +105,7 @@ TEST_F(BadInput, MissingWorld) { expect_refused({"--world", "no_world.toml"}, {"
 TEST_F(BadInput, MissingScript) { expect_refused({"--script", "no_script.txt"}, {"no_script.txt"}); }
 TEST_F(BadInput, PictureIntoNowhere) { expect_refused({"--svg", "no/folder/a.svg"}, {"no/folder"}); }
 TEST_F(BadInput, UnknownLink) { expect_refused({"--link", "usb:1"}, {"usb:1"}); }
-TEST_F(BadInput, CanIsNotBuiltYet) { expect_refused({"--link", "can:can0"}, {"SocketCAN link is not built yet"}); }
+TEST_F(BadInput, MissingCanInterface) { expect_refused({"--link", "can:no-such-bus"}, {"no-such-bus"}); }
 TEST_F(BadInput, MissingSerialDevice) { expect_refused({"--link", "serial:/dev/no-such-line"}, {"/dev/no-such-line"}); }
 
 /// Numbers in another unit: every coordinate of the table divided by `divisor`.

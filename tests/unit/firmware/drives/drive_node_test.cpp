@@ -74,7 +74,7 @@ protected:
         } else if (const auto frame = node.sdo_frame(tick)) {
             answer(*frame);
         }
-        if (const auto frame = node.nmt_frame()) {
+        if (const auto frame = node.nmt_frame(0)) {
             nmt = frame->data[0];
         }
         ++tick;

@@ -64,15 +64,19 @@ TEST(LinkUrl, RefusesEverythingElse) {
     }
 }
 
-TEST(LinkUrl, SaysThatCanIsNotBuiltYet) {
-    for (const char* url : {"can:can0", "can0", "canfd:can0"}) {
-        try {
-            static_cast<void>(parse_link_url(url));
-            FAIL() << url;
-        } catch (const InputError& error) {
-            EXPECT_EQ(error.problem(), "SocketCAN link is not built yet");
-            EXPECT_EQ(error.value(), url);
-        }
+TEST(LinkUrl, ACanBusIsClassicUnlessItSaysFd) {
+    const auto classic = std::get<CanUrl>(parse_link_url("can:can0"));
+    EXPECT_EQ(classic.interface, "can0");
+    EXPECT_FALSE(classic.fd);
+    EXPECT_FALSE(std::get<CanUrl>(parse_link_url("can:can1?fd=0")).fd);
+    const auto fd = std::get<CanUrl>(parse_link_url("can:can1?fd=1"));
+    EXPECT_EQ(fd.interface, "can1");
+    EXPECT_TRUE(fd.fd);
+    EXPECT_FALSE(is_simulated("can:can0"));
+    EXPECT_EQ(line_bytes_per_s("can:can0", {}), 0U);
+    for (const char* url :
+         {"can:", "can:?fd=1", "can:can0?", "can:can0?fd=2", "can:can0?baud=9600", "can0", "canfd:can0"}) {
+        EXPECT_THROW(static_cast<void>(parse_link_url(url)), InputError) << url;
     }
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 
@@ -104,27 +105,64 @@ TEST(DriveReport, EachWrongObjectIsNamed) {
     }
 }
 
-/// What is shown is what the controller sends: written twice, compared here.
+drives::SetupStep::Kind kind_of(DriveStep::Kind kind) {
+    using Kind = drives::SetupStep::Kind;
+    switch (kind) {
+        case DriveStep::Kind::expect_bits: return Kind::expect_bits;
+        case DriveStep::Kind::expect_value: return Kind::expect_value;
+        case DriveStep::Kind::write: return Kind::write;
+        case DriveStep::Kind::write_if_there: return Kind::write_optional;
+        case DriveStep::Kind::write_and_read_back: break;
+    }
+    return Kind::write_checked;
+}
+
+void expect_same(const DriveReport& report, const drives::DriveSetup& sent) {
+    std::vector<DriveStep> shown;
+    std::ranges::copy_if(report.steps, std::back_inserter(shown), &DriveStep::sent);
+    ASSERT_EQ(shown.size(), sent.size());
+    for (std::size_t i = 0; i < sent.size(); ++i) {
+        EXPECT_EQ(shown[i].key, (EdsKey{sent[i].key.index, sent[i].key.sub}));
+        EXPECT_EQ(shown[i].size, int{sent[i].key.size}) << eds_text(shown[i].key);
+        EXPECT_EQ(shown[i].value, sent[i].value) << eds_text(shown[i].key);
+        EXPECT_EQ(kind_of(shown[i].kind), sent[i].kind) << eds_text(shown[i].key);
+    }
+}
+
+/// What is shown is what the controller sends: written twice, compared here, for each axis, data sheet and plan.
 TEST(DriveReport, TheSetUpIsTheControllers) {
     const MachineConfig machine = reference_machine();
-    const Eds eds = parse_eds("drive.eds", text_of(kFake));
-    for (std::size_t axis = 0; axis < machine.axis.size(); ++axis) {
-        const DriveReport report = judge_drive(eds, machine, axis);
-        const drives::DriveSetup sent(machine, axis);
-        ASSERT_EQ(report.steps.size(), sent.size());
-        for (std::size_t i = 0; i < sent.size(); ++i) {
-            const DriveStep& shown = report.steps[i];
-            EXPECT_EQ(shown.key, (EdsKey{sent[i].key.index, sent[i].key.sub}));
-            EXPECT_EQ(shown.size, int{sent[i].key.size}) << eds_text(shown.key);
-            EXPECT_EQ(shown.value, sent[i].value) << eds_text(shown.key);
-            using Kind = drives::SetupStep::Kind;
-            const Kind kind = shown.kind == DriveStep::Kind::expect_bits      ? Kind::expect_bits
-                              : shown.kind == DriveStep::Kind::write          ? Kind::write
-                              : shown.kind == DriveStep::Kind::write_if_there ? Kind::write_optional
-                                                                              : Kind::write_checked;
-            EXPECT_EQ(kind, sent[i].kind) << eds_text(shown.key);
+    for (const char* const file : {kFake, "TMCM-1636-CANopen_Hw1.1_Fw1.12.eds"}) {
+        const Eds eds = parse_eds("drive.eds", text_of(file));
+        for (unsigned variant = 0; variant < 16; ++variant) {
+            DrivePlan plan;
+            for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+                DriveOptions wanted;
+                wanted.paired = (variant & 1U) != 0;
+                wanted.status_every = (variant & 2U) != 0 ? 3 : 1;
+                wanted.homing_method = (variant & 4U) != 0 ? -3 : 33;
+                wanted.bus = (variant & 8U) != 0 && axis > 1 ? 1 : 0;
+                plan.drive[axis] = options_by(eds, wanted);
+            }
+            for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+                expect_same(judge_drive(eds, machine, axis, plan), drives::DriveSetup(machine, axis, plan));
+            }
         }
     }
+}
+
+TEST(DriveReport, WhatThePlanAsksForAndTheDriveLacksIsWrong) {
+    const Eds eds = parse_eds("drive.eds", text_of(kFake));
+    DrivePlan plan;
+    plan.drive[0].paired = true;
+    const DriveReport report = judge_drive(eds, reference_machine(), 0, plan);
+    EXPECT_FALSE(report.usable());
+    EXPECT_TRUE(std::ranges::any_of(report.findings, [](const DriveFinding& finding) {
+        return finding.kind == Found::wrong && finding.text.find("Dummy0007") != std::string::npos;
+    }));
+    plan = {};
+    plan.drive[0].brake_apply_ms = 50;
+    EXPECT_EQ(judge_drive(eds, reference_machine(), 0, plan).usable(), eds.find(0x60FE, 1) != nullptr);
 }
 
 }  // namespace
