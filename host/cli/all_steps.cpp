@@ -45,6 +45,18 @@ void survey(const std::vector<std::string>& words) {
     }
 }
 
+const Rigid<frame::C, frame::C>& Stitch::of(const std::string& view) const {
+    const auto found = views.find(view);
+    if (found == views.end()) {
+        throw InputError({.file = {},
+                          .problem = left_out.empty() ? "a view that has no place in c"
+                                                      : fmt::format("{}", fmt::join(left_out, "; ")),
+                          .value = view,
+                          .action = "give it three reference markers or more that other views have"});
+    }
+    return found->second;
+}
+
 Stitch stitch_folders(const std::vector<std::filesystem::path>& folders) {
     ChainInput input;
     input.file = folders.front() / "references.csv";
@@ -59,7 +71,7 @@ Stitch stitch_folders(const std::vector<std::filesystem::path>& folders) {
         }
     }
     const ChainResult chain = fit_chain(input);
-    Stitch out{.views = {}, .rms = chain.rms};
+    Stitch out{.views = {}, .rms = chain.rms, .left_out = chain.notes};
     for (const ChainViewResult& view : chain.views) {
         out.views[view.name] = {view.rotation, view.translation};
     }
@@ -85,16 +97,9 @@ Stitch stitch_by_robot(const std::vector<std::filesystem::path>& folders, const 
 std::vector<MarkerView> markers_in_c(const std::filesystem::path& folder, const Stitch& stitch) {
     std::vector<MarkerView> views = read_marker_views(folder / "markers.csv").views;
     for (MarkerView& view : views) {
-        const auto found = stitch.views.find(view_name(folder, view.view));
-        if (found == stitch.views.end()) {
-            throw InputError({.file = (folder / "markers.csv").string(),
-                              .line = view.line,
-                              .problem = "a view that has no place in c",
-                              .value = view.view,
-                              .action = "give its reference markers"});
-        }
+        const Rigid<frame::C, frame::C>& c_from_view = stitch.of(view_name(folder, view.view));
         for (SeenMarker& marker : view.markers) {
-            marker.place = (found->second * Point<frame::C>{marker.place}).v;
+            marker.place = (c_from_view * Point<frame::C>{marker.place}).v;
         }
     }
     return views;

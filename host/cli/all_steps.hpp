@@ -21,6 +21,10 @@ void survey(const std::vector<std::string>& words);
 struct Stitch {
     std::map<std::string, Rigid<frame::C, frame::C>> views;  ///< c_from_view
     double rms = 0.0;                                        ///< metres, each coordinate of the references
+    std::vector<std::string> left_out{};                     ///< why, of views that have no place
+
+    /// Throws InputError for a view that has none.
+    [[nodiscard]] const Rigid<frame::C, frame::C>& of(const std::string& view) const;
 };
 /// Every view's place in c: by the reference markers of the folders (references.csv in each), the first folder's first
 /// view being c. Views are named "folder/view".

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <random>
 #include <sstream>
 #include <thread>
 
@@ -15,9 +14,9 @@
 #include "host/bridge/errors.hpp"
 #include "host/bridge/open_transport.hpp"
 #include "host/bridge/program.hpp"
-#include "host/bridge/session.hpp"
 #include "host/bridge/stop.hpp"
 #include "host/cli/calibrate_run.hpp"
+#include "host/cli/jog_session.hpp"
 #include "host/cli/override_keys.hpp"
 #include "host/cli/record_keys.hpp"
 #include "host/formats/csv.hpp"
@@ -335,38 +334,21 @@ private:
     }
 
     bool point(const std::vector<TargetMarker>& markers) {
-        LinkOptions link;
-        link.world = scene_.world;
-        link.seed = options_.seed;
-        link.key = options_.key;
-        const auto transport = open_transport(options_.link, link);
-        CellClient client(*transport, client_options(link, scene_.world ? static_cast<std::uint32_t>(options_.seed) + 1U
-                                                                        : std::random_device{}()));
-        client.set_stop_check(stop_requested);
-        client.connect();
-        SessionOptions session_options;
-        session_options.on_step = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); };
-        Session session(client, session_options);
+        JogSession session({.link = options_.link, .world = scene_.world, .seed = options_.seed, .key = options_.key});
         std::unique_ptr<Operator> person;
         if (options_.pendant.asked()) {
-            person = std::make_unique<PendantPerson>(options_.pendant, client);
+            person = std::make_unique<PendantPerson>(options_.pendant, session.client());
         } else if (options_.keys || !scene_.world) {
             person = std::make_unique<KeyPerson>(options_.keys);
         } else {
             person = std::make_unique<SimulatedPerson>(options_, *scene_.world);
         }
-        try {
-            session.clear();
-            session.enable_and_home();
-            guide_light(client);
-            JogMoves moves(client);
-            const bool whole = all_markers(markers, moves, *person);
-            session.make_safe();
-            return whole;
-        } catch (...) {
-            session.make_safe();
-            throw;
-        }
+        bool whole = false;
+        session.run([&](JogMoves& moves) {
+            guide_light(session.client());
+            whole = all_markers(markers, moves, *person);
+        });
+        return whole;
     }
 
     bool all_markers(const std::vector<TargetMarker>& markers, JogMoves& moves, Operator& person) {
@@ -435,11 +417,7 @@ Vec3 focus_of(const CalibrationSet& set, const Vec3& reading) {
 }
 
 PointingOutcome run_pointing(const PointingOptions& options) {
-    std::error_code failed;
-    std::filesystem::create_directories(options.out, failed);
-    if (failed) {
-        refuse(options.out, "cannot be made", failed.message(), "name a folder that can be written");
-    }
+    make_folder(options.out);
     const CalibrationSet set = options.calibration ? read_calibration(*options.calibration) : CalibrationSet{};
     const Scene scene = scene_of(options);
     return Pointing(options, set, scene).run();

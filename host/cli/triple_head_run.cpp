@@ -3,20 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
-#include <random>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "host/bridge/errors.hpp"
 #include "host/bridge/open_transport.hpp"
-#include "host/bridge/session.hpp"
-#include "host/bridge/stop.hpp"
 #include "host/cli/all_steps.hpp"
 #include "host/cli/calibrate_run.hpp"
-#include "host/cli/jog_moves.hpp"
+#include "host/cli/jog_session.hpp"
 #include "host/cli/pointing_run.hpp"
 #include "host/formats/csv.hpp"
 #include "host/formats/error.hpp"
@@ -96,32 +92,14 @@ void scan(const TripleHeadOptions& options, const std::vector<Stand>& stands,
     if (done >= stands.size()) {
         return;
     }
-    LinkOptions link;
-    link.world = world;
-    link.seed = options.seed;
-    link.key = options.key;
-    const auto transport = open_transport(options.link, link);
-    CellClient client(*transport, client_options(link, world ? static_cast<std::uint32_t>(options.seed) + 1U
-                                                             : std::random_device{}()));
-    client.set_stop_check(stop_requested);
-    client.connect();
-    SessionOptions session_options;
-    session_options.on_step = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); };
-    Session session(client, session_options);
-    try {
-        session.clear();
-        session.enable_and_home();
-        JogMoves moves(client);
+    JogSession session({.link = options.link, .world = world, .seed = options.seed, .key = options.key});
+    session.run([&](JogMoves& moves) {
         for (std::size_t i = done; i < stands.size(); ++i) {
             moves.turn_to(stands[i].c_deg);
             text += rows_of(stands[i], moves);
             write_text_file(file, text);
         }
-        session.make_safe();
-    } catch (...) {
-        session.make_safe();
-        throw;
-    }
+    });
 }
 
 /// The faces of --points, read now or before.
@@ -205,7 +183,7 @@ TripleHeadFit scan_simulated_sides(const TripleHeadOptions& options, const Calib
             "--seed", std::to_string(options.seed), "--sigma-um", fmt::format("{}", options.sigma_um)});
     const Stitch placed = stitch_folders({cell / "plate/seen", cell / "table/ring", sides});
     const KnownFaces faces(set, sides / "points.csv",
-                           [&placed](const std::string& view) { return placed.views.at("sides/" + view); });
+                           [&placed](const std::string& view) { return placed.of("sides/" + view); });
     scan(options, stands_of(faces, options.looks_deg), sides / "world.toml");
     return fit_triple_head(faces, options.out / "readings.csv", options.looks_deg, options.accuracy_um * 1e-6);
 }

@@ -3,19 +3,15 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
-#include <random>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "host/bridge/errors.hpp"
 #include "host/bridge/open_transport.hpp"
-#include "host/bridge/session.hpp"
-#include "host/bridge/stop.hpp"
 #include "host/cli/all_steps.hpp"
 #include "host/cli/calibrate_run.hpp"
-#include "host/cli/jog_moves.hpp"
+#include "host/cli/jog_session.hpp"
 #include "host/cli/known_faces.hpp"
 #include "host/cli/pointing_run.hpp"
 #include "host/formats/csv.hpp"
@@ -45,7 +41,7 @@ std::vector<Place> read_places(const std::filesystem::path& file) {
     return out;
 }
 
-/// All faces as they stand.
+/// All faces; those that turn with the table where they stand at C = 0.
 std::vector<KnownPlane> planes_of(const CalibrationSet& set, const std::filesystem::path& file,
                                   const Rigid<frame::C, frame::C>& c_from_points) {
     const KnownFaces faces(set, file, [&c_from_points](const std::string&) { return c_from_points; });
@@ -80,22 +76,8 @@ void scan_roof(const YSensorOptions& options, const std::filesystem::path& rough
     const std::filesystem::path file = options.out / "readings.csv";
     std::string text = std::filesystem::exists(file) ? read_text_file(file) : kHeader;
     const std::size_t done = std::filesystem::exists(file) ? CsvTable::parse(file, text).size() : 0;
-    LinkOptions link;
-    link.world = world;
-    link.seed = options.seed;
-    link.key = options.key;
-    const auto transport = open_transport(options.link, link);
-    CellClient client(*transport, client_options(link, world ? static_cast<std::uint32_t>(options.seed) + 1U
-                                                             : std::random_device{}()));
-    client.set_stop_check(stop_requested);
-    client.connect();
-    SessionOptions session_options;
-    session_options.on_step = [](const std::string& what) { std::fprintf(stderr, "%s\n", what.c_str()); };
-    Session session(client, session_options);
-    try {
-        session.clear();
-        session.enable_and_home();
-        JogMoves moves(client);
+    JogSession session({.link = options.link, .world = world, .seed = options.seed, .key = options.key});
+    session.run([&](JogMoves& moves) {
         std::size_t number = 0;
         for (const Place& facet : read_places(roughly)) {
             if (options.only_facet != 0 && facet.facet != options.only_facet) {
@@ -120,11 +102,7 @@ void scan_roof(const YSensorOptions& options, const std::filesystem::path& rough
                 }
             }
         }
-        session.make_safe();
-    } catch (...) {
-        session.make_safe();
-        throw;
-    }
+    });
 }
 
 SensorRayFit scan_simulated_roof(const YSensorOptions& options, const CalibrationSet& set,
@@ -134,7 +112,7 @@ SensorRayFit scan_simulated_roof(const YSensorOptions& options, const Calibratio
             "--seed", std::to_string(options.seed), "--sigma-um", fmt::format("{}", options.sigma_um)});
     scan_roof(options, roof / "roughly.csv", roof / "world.toml");
     const Stitch placed = stitch_folders({cell / "plate/seen", cell / "table/ring", roof});
-    return fit_y_sensor(set, roof / "points.csv", options.out / "readings.csv", placed.views.at("roof/roof"));
+    return fit_y_sensor(set, roof / "points.csv", options.out / "readings.csv", placed.of("roof/roof"));
 }
 
 SensorRay y_sensor_record(const SensorRayFit& fit, const std::string& time) {

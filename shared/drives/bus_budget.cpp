@@ -21,7 +21,8 @@ namespace {
     if (nodes == 1.0) {
         return {};
     }
-    cyclic += (pairs + 1) / 2 * worst_frame_bits(8);
+    const auto shared_frames = static_cast<double>((pairs + 1) / 2);
+    cyclic += shared_frames * worst_frame_bits(8);
     const double service = machine.drive_cycle_ticks == 1 ? kServiceTicks : 1;
     const double controlword = pairs > 0 ? worst_frame_bits(2) : 0;
     return {cyclic / cycle_bits, (3 * worst_frame_bits(8) / service + controlword) / cycle_bits +

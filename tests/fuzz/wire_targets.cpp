@@ -217,15 +217,18 @@ void drive(Bytes input) {
         constexpr std::array<std::uint16_t, 6> kIds{0x580, 0x180, 0x280, 0x700, 0x080, 0x380};
         DriveFrame frame;
         const std::uint8_t head = feed.byte();
-        frame.id = static_cast<std::uint16_t>(kIds[head % kIds.size()] + node.node());
+        frame.id = static_cast<std::uint16_t>(kIds[head % kIds.size()] + node.address());
         const Bytes data = feed.take((head >> 4U) % 9U);
         frame.size = static_cast<std::uint8_t>(data.size());
         std::copy(data.begin(), data.end(), frame.data.begin());
         node.receive(frame, tick);
         node.update({.power = true}, tick, tick % 2 == 0);
-        static_cast<void>(node.nmt_frame());
+        static_cast<void>(node.nmt_frame(tick / 2));
         static_cast<void>(node.sdo_frame(tick));
         static_cast<void>(node.rpdo_frame());
+        static_cast<void>(node.measured(frame));
+        static_cast<void>(node.tells_fault(frame));
+        static_cast<void>(node.take_fresh());
     }
 }
 

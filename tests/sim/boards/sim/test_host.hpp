@@ -37,7 +37,7 @@ public:
             received_.clear();
             cell_->take_link(received_);
             receiver_.receive(received_, [this](const link::Envelope& e) {
-                (void)link::dispatch(link::CellMessages{}, e, [this](const auto& message) { take(message); });
+                (void)link::dispatch(link::CellMessages{}, e, [this](const auto& message) { this->take(message); });
             });
         }
     }

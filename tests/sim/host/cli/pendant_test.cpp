@@ -87,7 +87,8 @@ TEST(PendantAtMarkers, RecordsWhereTheWheelHasBroughtTheBeam) {
 }
 
 TEST(PendantInAJob, PausesItAndLetsItGoOnWithEveryPulse) {
-    const auto events = played("0 plug\n20000 press start\n20010 release\n26000 press start\n26010 release\n");
+    const auto events =
+        played("0 plug\n10 axis z\n20000 press start\n20010 release\n26000 press start\n26010 release\n");
     Program program("scribecell", {"scribe", "--json", "--pendant-reports", events.string()});
     EXPECT_EQ(program.wait(), 0) << program.err();
     EXPECT_NE(program.err().find("paused by the pendant"), std::string::npos);

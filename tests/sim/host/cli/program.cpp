@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <fstream>
 #include <iterator>
+#include <set>
+#include <system_error>
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -132,13 +134,41 @@ int Program::wait() {
     return exit_code_;
 }
 
+namespace {
+
+/// Folders of the tests of this process; they go with it, unless a test has failed and somebody wants to look.
+class Folders {
+public:
+    Folders() = default;
+    Folders(const Folders&) = delete;
+    Folders& operator=(const Folders&) = delete;
+    ~Folders() {
+        if (::getpid() != owner_ || ::testing::UnitTest::GetInstance()->Failed()) {
+            return;
+        }
+        for (const std::filesystem::path& folder : made_) {
+            std::error_code ignored;
+            std::filesystem::remove_all(folder, ignored);
+        }
+    }
+    void add(const std::filesystem::path& folder) { made_.insert(folder); }
+
+private:
+    pid_t owner_ = ::getpid();
+    std::set<std::filesystem::path> made_;
+};
+
+}  // namespace
+
 std::filesystem::path fresh_folder() {
+    static Folders folders;
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
     std::string name = std::string(info->test_suite_name()) + "_" + info->name() + "_" + std::to_string(::getpid());
     std::replace(name.begin(), name.end(), '/', '_');
     const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / ("scribecell_" + name);
     std::filesystem::remove_all(folder);
     std::filesystem::create_directories(folder);
+    folders.add(folder);
     return folder;
 }
 

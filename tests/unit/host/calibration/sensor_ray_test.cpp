@@ -87,6 +87,41 @@ TEST(SensorRay, FindsOriginDirectionAndZeroAndItsCovarianceHolds) {
     }
 }
 
+TEST(SensorRay, WhatReadingsHaveInCommonIsInTheCovariance) {
+    auto planes = planes_of(kRoof);
+    for (KnownPlane& plane : planes) {
+        plane.sigma = 1e-9;
+    }
+    constexpr double kCommon = 20e-6;
+    constexpr int kSets = 60;
+    double stated = 0.0;
+    double forgotten = 0.0;
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> normal(0.0, kCommon);
+    for (unsigned seed = 0; seed < kSets; ++seed) {
+        auto readings = scan(planes, 5e-6, seed);
+        std::array<double, 8> off{};
+        for (double& o : off) {
+            o = normal(random);
+        }
+        for (RangeReading& r : readings) {
+            r.reading += off.at(static_cast<std::size_t>(r.plane));
+            r.group = r.plane;
+            r.common = kCommon;
+        }
+        const SensorRayFit fit = fit_sensor_ray("readings.csv", planes, readings, 0.0);
+        const double z = fit.origin.z - kOrigin.z;
+        stated += z * z / fit.covariance.at[1][1] / kSets;
+        for (RangeReading& r : readings) {
+            r.common = 0.0;
+        }
+        const SensorRayFit blind = fit_sensor_ray("readings.csv", planes, readings, 0.0);
+        forgotten += std::pow(blind.origin.z - kOrigin.z, 2) / blind.covariance.at[1][1] / kSets;
+    }
+    EXPECT_NEAR(stated, 1.0, 4.0 * std::sqrt(2.0 / kSets));
+    EXPECT_GT(forgotten, 3.0) << "as if each reading were new";
+}
+
 TEST(SensorRay, NamesAWrongReading) {
     const auto planes = planes_of(kRoof);
     auto readings = scan(planes, 5e-6, 2);
