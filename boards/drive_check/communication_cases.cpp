@@ -110,7 +110,7 @@ void add_nmt(std::vector<Case>& list) {
     add("start", [](DriveClient& d) { return state_after(d, kStart, -1, 0x05); });
     add("stop", [](DriveClient& d) { return state_after(d, kStop, -1, 0x04); });
     add("pre-operational by command", [](DriveClient& d) {
-        const Result started = state_after(d, kStart, -1, 0x05);
+        Result started = state_after(d, kStart, -1, 0x05);
         if (started.verdict != Verdict::passed) {
             return started;
         }
@@ -268,7 +268,7 @@ void add_pdo(std::vector<Case>& list) {
     add("none before start",
         [](DriveClient& d) { return expect(d.reset() && d.count(d.run(5), 0x180U + d.node()) == 0, "a TPDO comes"); });
     add("a status with each SYNC", [](DriveClient& d) {
-        const Result up = set_up(d, 1);
+        Result up = set_up(d, 1);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -277,7 +277,7 @@ void add_pdo(std::vector<Case>& list) {
     });
     add("a status with each 2nd and 3rd SYNC", [](DriveClient& d) {
         for (const int every : {2, 3}) {
-            const Result up = set_up(d, static_cast<std::uint8_t>(every));
+            Result up = set_up(d, static_cast<std::uint8_t>(every));
             if (up.verdict != Verdict::passed) {
                 return up;
             }
@@ -289,7 +289,7 @@ void add_pdo(std::vector<Case>& list) {
         return passed();
     });
     add("none from one that is off", [](DriveClient& d) {
-        const Result up = set_up(d, 1);
+        Result up = set_up(d, 1);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -300,7 +300,7 @@ void add_pdo(std::vector<Case>& list) {
         return expect(off && d.count(d.run(5), 0x180U + d.node()) == 0, "it comes");
     });
     add("a target counts from the SYNC on, not before", [](DriveClient& d) {
-        const Result up = set_up(d, 1);
+        Result up = set_up(d, 1);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -314,7 +314,7 @@ void add_pdo(std::vector<Case>& list) {
                       "before the SYNC " + (before ? hex(*before) : "-") + ", after " + (after ? hex(*after) : "-"));
     });
     add("a mapping cannot change while the PDO is on", [](DriveClient& d) {
-        const Result up = set_up(d, 1);
+        Result up = set_up(d, 1);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -336,7 +336,7 @@ void add_pdo(std::vector<Case>& list) {
         return expect(!open || d.write(0x1A00, 0, 1, 3) != 0, "they are mapped");
     });
     add("places of an RPDO can be skipped (0007)", [](DriveClient& d) {
-        const Result up = set_up(d, 1);
+        Result up = set_up(d, 1);
         if (up.verdict != Verdict::passed) {
             return up;
         }

@@ -83,7 +83,7 @@ void add_states(std::vector<Case>& list) {
         list.push_back({.group = "states", .name = name, .moves = false, .run = std::move(run)});
     };
     add("a quick stop is not left by 0F (605A = 2)", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -92,7 +92,7 @@ void add_states(std::vector<Case>& list) {
         return expect(d.power() != Power::enabled, "it is enabled again");
     });
     add("pre-operational takes the power away", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -108,7 +108,7 @@ void add_faults(std::vector<Case>& list) {
         list.push_back({.group = "EMCY", .name = name, .moves = false, .run = std::move(run)});
     };
     add("the master's silence is a fault, with 8130", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -119,7 +119,7 @@ void add_faults(std::vector<Case>& list) {
         return expect(std::ranges::find(codes, 0x8130) != codes.end(), "no EMCY 8130");
     });
     add("603F and 1001 say so", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -127,7 +127,7 @@ void add_faults(std::vector<Case>& list) {
         return expect(d.read(0x603F, 0) == 0x8130U && (d.read(0x1001, 0).value_or(0) & 1U) != 0, "they do not");
     });
     add("the fault stays without a reset", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -141,7 +141,7 @@ void add_faults(std::vector<Case>& list) {
         return passed();
     });
     add("the reset is an edge of bit 7", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -155,7 +155,7 @@ void add_faults(std::vector<Case>& list) {
         return expect(std::ranges::find(codes, 0) != codes.end(), "no EMCY 0000");
     });
     add("a bit 7 that stands resets no later fault", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -178,7 +178,7 @@ void add_csp(std::vector<Case>& list) {
         return expect(modes && (*modes & 0xA0U) == 0xA0U, "6502 is " + hex(modes.value_or(0)));
     });
     add("6061 confirms a mode", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -188,7 +188,7 @@ void add_csp(std::vector<Case>& list) {
         return expect(csp && d.read(0x6061, 0) == 6U, "6061 does not show it");
     });
     add("the time between targets can be set", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -196,14 +196,14 @@ void add_csp(std::vector<Case>& list) {
         return expect(d.read(0x60C2, 1) == period && d.read(0x60C2, 2) == 0xFDU, "60C2 reads otherwise");
     });
     add("bit 12 says that it follows", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
         return expect((d.statusword() & kBit12) != 0, "status word " + hex(d.statusword()));
     });
     add("enabled at its own place it stays there", [](DriveClient& d) {
-        const Result up = enabled(d);
+        Result up = enabled(d);
         if (up.verdict != Verdict::passed) {
             return up;
         }
@@ -212,7 +212,7 @@ void add_csp(std::vector<Case>& list) {
         return expect(std::abs(d.actual() - before) <= 5, "it moves by " + std::to_string(d.actual() - before));
     });
     list.push_back({.group = "CSP", .name = "it follows a ramp", .moves = true, .run = [](DriveClient& d) {
-                        const Result up = enabled(d);
+                        Result up = enabled(d);
                         if (up.verdict != Verdict::passed) {
                             return up;
                         }
@@ -228,7 +228,7 @@ void add_csp(std::vector<Case>& list) {
 
 Result home(DriveClient& d, int method) {
     constexpr std::int32_t kHome = 1234;
-    const Result up = enabled(d);
+    Result up = enabled(d);
     if (up.verdict != Verdict::passed) {
         return up;
     }
@@ -265,7 +265,7 @@ void add_homing(std::vector<Case>& list) {
     }
     list.push_back(
         {.group = "homing", .name = "bit 4 withdrawn breaks it off", .moves = true, .run = [](DriveClient& d) {
-             const Result up = enabled(d);
+             Result up = enabled(d);
              if (up.verdict != Verdict::passed) {
                  return up;
              }

@@ -99,7 +99,7 @@ std::size_t CanLink::receive(std::span<std::uint8_t, kLinkBytesPerTick> out) {
         if (heard.id != link::kCanIdToController || heard.extended || heard.remote) {
             continue;
         }
-        link::LinkCanFrame frame{.id = heard.id, .size = heard.size, .data = heard.data, .fd = heard.fd};
+        const link::LinkCanFrame frame{.id = heard.id, .size = heard.size, .data = heard.data, .fd = heard.fd};
         message_size_ = port_.take(frame, message_);
     }
     counters_.bytes_in += size;

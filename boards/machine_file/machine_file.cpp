@@ -198,7 +198,7 @@ MachineConfig parse_machine(std::string_view text, const std::string& name) {
 }
 
 MachineConfig read_machine(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
+    const std::ifstream in(file, std::ios::binary);
     std::ostringstream text;
     text << in.rdbuf();
     if (!in) {

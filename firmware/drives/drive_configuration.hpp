@@ -63,14 +63,14 @@ public:
         home,
         vendor,
         product,
-        count_
+        count
     };
 
 private:
     void set(Number number, std::uint32_t value) noexcept { number_[static_cast<std::size_t>(number)] = value; }
     [[nodiscard]] bool holds(std::uint16_t when) const noexcept { return (when & ~present_) == 0; }
 
-    std::array<std::uint32_t, static_cast<std::size_t>(Number::count_)> number_{};
+    std::array<std::uint32_t, static_cast<std::size_t>(Number::count)> number_{};
     std::uint16_t present_ = 0;  ///< conditions that hold
     std::uint8_t size_ = 0;
 };

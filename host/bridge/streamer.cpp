@@ -261,8 +261,11 @@ void Streamer::pause_or_go_on() {
     }
     try {
         client_->command(link::Verb::hold);
-    } catch (const CellRefused&) {
-        // It has come to a rest of its own meanwhile; asked again if it goes on.
+    } catch (const CellRefused& refused) {
+        // It may have come to a rest of its own meanwhile; asked again if it goes on.
+        if (refused.refusal != Refusal::wrong_state) {
+            throw;
+        }
     }
 }
 

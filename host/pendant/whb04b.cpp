@@ -66,7 +66,8 @@ std::optional<Report> parse_report(std::span<const std::uint8_t> bytes) {
     out.keys = {static_cast<Key>(bytes[2]), static_cast<Key>(bytes[3])};
     out.feed = *feed;
     out.axis = *axis;
-    out.detents = static_cast<std::int8_t>(bytes[6]);
+    const int wheel = bytes[6];
+    out.detents = wheel < 128 ? wheel : wheel - 256;
     const bool pressed = bytes[2] != 0 || bytes[3] != 0;
     out.proven = pressed || bytes[7] == (bytes[1] & kSeed) || bytes[7] == (bytes[1] & kSeedBefore);
     return out;

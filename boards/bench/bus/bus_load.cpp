@@ -66,13 +66,13 @@ BusResult measure_bus(const BusCase& which, bool by_master, double seconds) {
     if (!line.ready()) {
         throw std::runtime_error(which.name + ": the drives do not get ready");
     }
-    for (std::int64_t end = tick + kSettleTicks; tick < end;) {
+    for (const std::int64_t end = tick + kSettleTicks; tick < end;) {
         line.step(tick++);
     }
     line.count_from_now();
     // Whole numbers of every period: 20 ms holds all cycles and the heartbeats.
     const auto ticks = static_cast<std::int64_t>(std::round(seconds * 50.0)) * 20;
-    for (std::int64_t end = tick + ticks; tick < end;) {
+    for (const std::int64_t end = tick + ticks; tick < end;) {
         line.step(tick++);
     }
     result.frames = line.counts();

@@ -121,7 +121,7 @@ void DriveLine::ask_nodes(std::int64_t tick, ServoOutputs& out) {
     }
     all_enabled_ = all_enabled;
     ready_ = ready_ || all_follow;
-    for (std::uint16_t bus = 0; bus < which_.buses; ++bus) {
+    for (std::uint32_t bus = 0; bus < which_.buses; ++bus) {
         DriveFrame sync;
         sync.id = static_cast<std::uint16_t>(0x080 | (bus == 0 ? 0U : kSecondDriveBus));
         DriveFrame beat = sync;

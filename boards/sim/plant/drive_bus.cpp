@@ -86,10 +86,10 @@ void SimDrive::receive(const DriveFrame& on_bus, std::int64_t t_ns) {
     } else if (watched != 0 && frame.id == 0x700U + watched) {
         master_heard_ns_ = t_ns_;
     } else if (nmt_state_ == kOperational && frame.id >= 0x180 && frame.id < 0x580) {
-        for (std::uint16_t number = 0; number < waiting_rpdo_.size(); ++number) {
+        for (std::size_t number = 0; number < waiting_rpdo_.size(); ++number) {
             const std::uint32_t rpdo = objects_.get(static_cast<std::uint16_t>(0x1400 + number), 1);
             if ((rpdo & kPdoOff) == 0 && frame.id == (rpdo & kFrameIdMask)) {
-                take_rpdo(number, std::span(frame.data).first(frame.size));
+                take_rpdo(static_cast<std::uint16_t>(number), std::span(frame.data).first(frame.size));
             }
         }
     }
@@ -157,7 +157,7 @@ void SimDrive::sync() {
 }
 
 void SimDrive::apply(Pending& pending) {
-    for (std::uint16_t number = 0; number < pending.rpdo.size(); ++number) {
+    for (std::size_t number = 0; number < pending.rpdo.size(); ++number) {
         if (!pending.rpdo.at(number).empty()) {
             unpack_rpdo(static_cast<std::uint16_t>(0x1600 + number), pending.rpdo.at(number));
         }

@@ -28,7 +28,8 @@ bool is_pdo_mapping(std::uint16_t index) noexcept {
 }
 
 bool is_homing_method(std::uint32_t value) noexcept {
-    const int method = static_cast<std::int8_t>(value);
+    const auto low = static_cast<int>(value & 0xFFU);
+    const int method = low < 128 ? low : low - 256;
     const bool switches = (method >= 17 && method <= 22) || method == 1 || method == 2;
     return switches || (method >= -4 && method <= -1) || method == 33 || method == 34 || method == 35 || method == 37;
 }
