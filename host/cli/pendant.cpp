@@ -126,7 +126,7 @@ int run(const Words& words) {
         say("steps: " + options.control.steps.text());
         pendant.run();
     } catch (const Interrupted&) {
-        // This is how a person ends it.
+        say("ended by Ctrl-C");
     } catch (const std::exception&) {
         session.make_safe();
         throw;

@@ -4,11 +4,9 @@
 #include <memory>
 #include <string>
 
-#include "host/pendant/port.hpp"
+#include <CLI/CLI.hpp>
 
-namespace CLI {
-class App;
-}
+#include "host/pendant/port.hpp"
 
 namespace sc::host::cli {
 

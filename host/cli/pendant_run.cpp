@@ -114,8 +114,10 @@ void PendantRun::stop(const pendant::Wish& wish) {
                      wish.disarmed ? "; turn the axis knob to go on" : ""));
     try {
         client_->command(link::Verb::stop);
-    } catch (const CellRefused&) {
-        // It was at rest already.
+    } catch (const CellRefused& no) {
+        if (no.refusal != Refusal::wrong_state) {  // it was at rest already
+            throw;
+        }
     }
 }
 
