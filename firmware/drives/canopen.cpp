@@ -23,9 +23,9 @@ std::uint32_t get(const DriveFrame& frame, std::size_t at, std::size_t bytes) no
     return value;
 }
 
-DriveFrame to_node(std::uint16_t base, std::uint8_t node, std::uint8_t size) noexcept {
+DriveFrame to_node(std::uint16_t base, std::uint16_t address, std::uint8_t size) noexcept {
     DriveFrame frame;
-    frame.id = static_cast<std::uint16_t>(base + node);
+    frame.id = static_cast<std::uint16_t>(base + address);
     frame.size = size;
     return frame;
 }
@@ -61,22 +61,22 @@ DriveFrame heartbeat(std::uint8_t node, NmtState state) noexcept {
     return frame;
 }
 
-DriveFrame rpdo1(std::uint8_t node, std::uint16_t controlword, std::int32_t target) noexcept {
-    DriveFrame frame = to_node(kRpdo1Base, node, 6);
+DriveFrame rpdo1(std::uint16_t address, std::uint16_t controlword, std::int32_t target) noexcept {
+    DriveFrame frame = to_node(kRpdo1Base, address, 6);
     put(frame, 0, controlword, 2);
     put(frame, 2, std::bit_cast<std::uint32_t>(target), 4);
     return frame;
 }
 
-DriveFrame rpdo_pair(std::uint8_t first_node, std::int32_t first, std::int32_t second) noexcept {
-    DriveFrame frame = to_node(kRpdo1Base, first_node, 8);
+DriveFrame rpdo_pair(std::uint16_t first_address, std::int32_t first, std::int32_t second) noexcept {
+    DriveFrame frame = to_node(kRpdo1Base, first_address, 8);
     put(frame, 0, std::bit_cast<std::uint32_t>(first), 4);
     put(frame, 4, std::bit_cast<std::uint32_t>(second), 4);
     return frame;
 }
 
-DriveFrame rpdo2(std::uint8_t node, std::uint16_t controlword) noexcept {
-    DriveFrame frame = to_node(kRpdo2Base, node, 2);
+DriveFrame rpdo2(std::uint16_t address, std::uint16_t controlword) noexcept {
+    DriveFrame frame = to_node(kRpdo2Base, address, 2);
     put(frame, 0, controlword, 2);
     return frame;
 }

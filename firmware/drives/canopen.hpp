@@ -56,10 +56,11 @@ struct Emergency {
 [[nodiscard]] DriveFrame nmt(NmtCommand command, std::uint8_t node) noexcept;
 [[nodiscard]] DriveFrame sync() noexcept;
 [[nodiscard]] DriveFrame heartbeat(std::uint8_t node, NmtState state) noexcept;
-[[nodiscard]] DriveFrame rpdo1(std::uint8_t node, std::uint16_t controlword, std::int32_t target) noexcept;
+/// Of the RPDOs: `address` is the node, with kSecondDriveBus for one of the second bus.
+[[nodiscard]] DriveFrame rpdo1(std::uint16_t address, std::uint16_t controlword, std::int32_t target) noexcept;
 /// RPDO1 of a pair, under the identifier of its first drive: both targets. RPDO2 of each of the two: 6040.
-[[nodiscard]] DriveFrame rpdo_pair(std::uint8_t first_node, std::int32_t first, std::int32_t second) noexcept;
-[[nodiscard]] DriveFrame rpdo2(std::uint8_t node, std::uint16_t controlword) noexcept;
+[[nodiscard]] DriveFrame rpdo_pair(std::uint16_t first_address, std::int32_t first, std::int32_t second) noexcept;
+[[nodiscard]] DriveFrame rpdo2(std::uint16_t address, std::uint16_t controlword) noexcept;
 [[nodiscard]] DriveFrame sdo_download(std::uint8_t node, const ObjectKey& key, std::uint32_t value) noexcept;
 [[nodiscard]] DriveFrame sdo_upload(std::uint8_t node, const ObjectKey& key) noexcept;
 

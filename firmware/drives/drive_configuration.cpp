@@ -97,16 +97,6 @@ constexpr Row kRows[] = {
     {0x60FE, 1, 4, Kind::write, none, kBrake, 1},
 };
 
-/// Truncates within ±4.3e9, then puts the half away from zero. Exact: |value| < 2^53.
-double rounded(double value) noexcept {
-    const auto whole = static_cast<std::int64_t>(value);
-    const double part = value - static_cast<double>(whole);
-    if (part >= 0.5) {
-        return static_cast<double>(whole + 1);
-    }
-    return static_cast<double>(part <= -0.5 ? whole - 1 : whole);
-}
-
 }  // namespace
 
 [[gnu::noinline]] std::int32_t round_to_i32(double value) noexcept {
@@ -116,14 +106,20 @@ double rounded(double value) noexcept {
     if (value <= -2147483648.0) {
         return INT32_MIN;
     }
-    return value == value ? static_cast<std::int32_t>(rounded(value)) : 0;
+    if (value != value) {
+        return 0;
+    }
+    const auto whole = static_cast<std::int32_t>(value);
+    const double part = value - static_cast<double>(whole);
+    return whole + (part >= 0.5 ? 1 : 0) - (part <= -0.5 ? 1 : 0);
 }
 
 [[gnu::noinline]] std::uint32_t round_to_u32(double value) noexcept {
     if (value >= 4294967295.0) {
         return UINT32_MAX;
     }
-    return value > 0.0 ? static_cast<std::uint32_t>(rounded(value)) : 0;
+    const auto whole = value > 0.0 ? static_cast<std::uint32_t>(value) : 0U;
+    return whole + (value - static_cast<double>(whole) >= 0.5 ? 1U : 0U);
 }
 
 [[gnu::cold]] DriveSetup::DriveSetup(const MachineConfig& machine, std::size_t axis, const DrivePlan& plan) noexcept {

@@ -41,9 +41,9 @@ bool wants_home(const Request& request, std::size_t axis) noexcept {
     : budget_(bus_budget(machine, plan)),
       nodes_{DriveNode(machine, 0, plan), DriveNode(machine, 1, plan), DriveNode(machine, 2, plan),
              DriveNode(machine, 3, plan)},
-      cycle_ticks_(machine.drive_cycle_ticks > 0 ? static_cast<std::int64_t>(machine.drive_cycle_ticks) : 1) {
+      cycle_ticks_(static_cast<std::int64_t>(machine.drive_cycle_ticks)) {
     const std::int64_t period = machine.control_period_ns > 0 ? machine.control_period_ns : 1;
-    heartbeat_ticks_ = kHeartbeatPeriodNs / period > 0 ? kHeartbeatPeriodNs / period : 1;
+    heartbeat_ticks_ = Period(kHeartbeatPeriodNs / period);
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const DriveOptions& options = plan.drive[axis];
         buses_ = static_cast<std::uint8_t>(buses_ | (options.bus == 0 ? 1U : 2U));
@@ -54,10 +54,13 @@ bool wants_home(const Request& request, std::size_t axis) noexcept {
 
 Outcome DriveMaster::step(std::int64_t tick, std::span<const DriveFrame> received, const Request& request,
                           ServoOutputs& out) noexcept {
-    if (!budget_) {
-        return {};
-    }
-    const bool cycle = tick % cycle_ticks_ == 0;
+    // A conversion, not a return from within: the outcome is made where the caller wants it.
+    return budget_ ? run(tick, received, request, out) : Outcome{};
+}
+
+Outcome DriveMaster::run(std::int64_t tick, std::span<const DriveFrame> received, const Request& request,
+                         ServoOutputs& out) noexcept {
+    const bool cycle = cycle_ticks_.begins(tick);
     receive(received, tick);
     if (cycle) {
         fresh_ = true;
@@ -90,15 +93,16 @@ bool DriveMaster::measured(std::int64_t tick, std::span<const DriveFrame> receiv
     }
     // The SYNC of tick n goes out at t_n+1, and is answered by the beginning of tick n + 2.
     const std::int64_t newest = tick - 2;
-    t_tick = newest - newest % cycle_ticks_ + 1;
+    t_tick = newest - newest % cycle_ticks_.count() + 1;
     return seen == (1U << kAxisCount) - 1U && newest >= 0;
 }
 
 std::uint8_t DriveMaster::faults_told(std::span<const DriveFrame> received) const noexcept {
     unsigned told = 0;
-    for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
-        for (const DriveFrame& frame : received) {
-            told |= nodes_[axis].present() && nodes_[axis].tells_fault(frame) ? 1U << axis : 0U;
+    for (const DriveFrame& frame : received) {
+        for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
+            const DriveNode& node = nodes_[axis];
+            told |= node.sent(frame) && node.present() && node.tells_fault(frame) ? 1U << axis : 0U;
         }
     }
     return static_cast<std::uint8_t>(told);
@@ -116,7 +120,7 @@ NodeRequest DriveMaster::node_request(std::size_t axis, const Request& request) 
 void DriveMaster::receive(std::span<const DriveFrame> received, std::int64_t tick) noexcept {
     for (const DriveFrame& frame : received) {
         for (DriveNode& node : nodes_) {
-            if ((frame.id & (canopen::kNodeMask | kSecondDriveBus)) == node.address()) {
+            if (node.sent(frame)) {
                 node.receive(frame, tick);
             }
         }
@@ -129,10 +133,7 @@ void DriveMaster::send_targets(ServoOutputs& out) noexcept {
         const TargetPair pair = pairs_[axis];
         const DriveNode& other = nodes_[pair.second];
         if (node.paired() && pair.first == axis && (node.present() || other.present())) {
-            DriveFrame frame = canopen::rpdo_pair(static_cast<std::uint8_t>(node.address() & canopen::kNodeMask),
-                                                  node.target_counts(), other.target_counts());
-            frame.id = static_cast<std::uint16_t>(frame.id | node.bus_bit());
-            append(out, frame);
+            append(out, canopen::rpdo_pair(node.address(), node.target_counts(), other.target_counts()));
         }
     }
 }
@@ -174,23 +175,26 @@ void DriveMaster::send_cycle(ServoOutputs& out) noexcept {
 }
 
 void DriveMaster::send_other(std::int64_t tick, bool cycle, ServoOutputs& out) noexcept {
-    if (tick % heartbeat_ticks_ == 0) {
+    if (heartbeat_ticks_.begins(tick)) {
         append_on_buses(out, canopen::heartbeat(canopen::kMasterNode, canopen::NmtState::operational));
     }
     // Kept out of the ticks with a SYNC, where the drives answer with their PDOs; with a SYNC in each tick, few and in
     // turn.
-    const auto turn = static_cast<std::size_t>(tick / kServiceTicks) % kAxisCount;
+    const bool each = cycle_ticks_.count() == 1;
+    const std::size_t turn = each ? static_cast<std::size_t>(tick / kServiceTicks) % kAxisCount : 0;
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         DriveNode& node = nodes_[axis];
-        append(out, node.nmt_frame(tick / cycle_ticks_));
-        const bool in_turn = cycle_ticks_ == 1 && tick % kServiceTicks == 0 && axis == turn;
+        if (node.nmt_due()) {
+            append(out, node.nmt_frame(tick / cycle_ticks_.count()));
+        }
+        const bool in_turn = each && axis == turn && tick % kServiceTicks == 0;
         if (!cycle || in_turn) {
             append(out, node.sdo_frame(tick));
         }
     }
 }
 
-AxisStatus DriveMaster::status(const DriveNode& node) const noexcept {
+[[gnu::noinline]] AxisStatus DriveMaster::status(const DriveNode& node) const noexcept {
     return {.present = node.present(),
             .enabled = node.enabled(),
             .follows = node.follows(),
@@ -203,19 +207,19 @@ AxisStatus DriveMaster::status(const DriveNode& node) const noexcept {
 }
 
 Outcome DriveMaster::outcome(const Request& request) const noexcept {
-    Outcome result;
-    result.all_present = true;
-    result.all_enabled = true;
-    result.all_follow = true;
-    result.all_disabled = true;
-    result.homing_done = request.home;
+    Outcome result{.axis = {status(nodes_[0]), status(nodes_[1]), status(nodes_[2]), status(nodes_[3])},
+                   .all_present = true,
+                   .all_enabled = true,
+                   .all_follow = true,
+                   .all_disabled = true,
+                   .homing_done = request.home};
     for (std::size_t axis = 0; axis < kAxisCount; ++axis) {
         const DriveNode& node = nodes_[axis];
-        result.axis[axis] = status(node);
-        result.all_present = result.all_present && node.present();
-        result.all_enabled = result.all_enabled && node.enabled();
-        result.all_follow = result.all_follow && node.follows();
-        result.all_disabled = result.all_disabled && (!node.present() || unpowered(node.power_state()));
+        const AxisStatus& seen = result.axis[axis];
+        result.all_present = result.all_present && seen.present;
+        result.all_enabled = result.all_enabled && seen.enabled;
+        result.all_follow = result.all_follow && seen.follows;
+        result.all_disabled = result.all_disabled && (!seen.present || unpowered(node.power_state()));
         const bool pending = wants_home(request, axis) && !node.homing().done();
         result.homing_done = result.homing_done && !pending;
     }

@@ -53,6 +53,28 @@ struct Outcome {
     bool actual_fresh = false;
 };
 
+/// Finds the ticks that are multiples of a number, without a division while they come one after the other.
+class Period {
+public:
+    /// In ticks; less than 1 means 1.
+    constexpr explicit Period(std::int64_t count) noexcept : count_(count > 0 ? count : 1) {}
+    [[nodiscard]] constexpr std::int64_t count() const noexcept { return count_; }
+    /// `tick` is a multiple. Any order of ticks is right, one by one is fast.
+    [[nodiscard]] constexpr bool begins(std::int64_t tick) noexcept {
+        const std::int64_t since = tick - begin_;
+        if (since < 0 || since > count_) {
+            begin_ = tick - tick % count_;
+        } else if (since == count_) {
+            begin_ = tick;
+        }
+        return begin_ == tick;
+    }
+
+private:
+    std::int64_t count_;
+    std::int64_t begin_ = 0;  ///< a multiple
+};
+
 /// Non-blocking; one object for the controller's life. No heap. Bounded: O(axes + received frames) per tick, at most
 /// 14 frames out of kDriveFramesPerTick.
 class DriveMaster {
@@ -87,6 +109,8 @@ public:
                  ServoOutputs& out) noexcept;
 
 private:
+    Outcome run(std::int64_t tick, std::span<const DriveFrame> received, const Request& request,
+                ServoOutputs& out) noexcept;
     [[nodiscard]] NodeRequest node_request(std::size_t axis, const Request& request) const noexcept;
     void receive(std::span<const DriveFrame> received, std::int64_t tick) noexcept;
     void send_cycle(ServoOutputs& out) noexcept;
@@ -102,8 +126,8 @@ private:
     std::array<TargetPair, kAxisCount> pairs_{};
     std::uint8_t buses_ = 0;  ///< bits: those that have a drive
     bool any_paired_ = false;
-    std::int64_t cycle_ticks_ = 1;
-    std::int64_t heartbeat_ticks_ = 1;
+    Period cycle_ticks_{1};
+    Period heartbeat_ticks_{1};
     bool all_enabled_ = false;
     bool fresh_ = false;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "firmware/drives/drive_node.hpp"
 
+#include "shared/math/scalar.hpp"
+
 namespace sc::drives {
 namespace {
 
@@ -35,8 +37,7 @@ bool is_fault(PowerState power) noexcept {
     heartbeat_ticks_ = machine.heartbeat_timeout_ns / period;
     status_every_ = options.status_every;
     status_ticks_ = kStatusCycles * static_cast<std::int64_t>(machine.drive_cycle_ticks) * status_every_;
-    node_ = config.drive_node;
-    bus_bit_ = options.bus == 0 ? std::uint16_t{0} : kSecondDriveBus;
+    address_ = static_cast<std::uint16_t>(config.drive_node | (options.bus == 0 ? 0U : kSecondDriveBus));
     paired_ = options.paired;
     turn_ = static_cast<std::uint8_t>(axis % (status_every_ > 0 ? status_every_ : 1));
     release_ticks_ = brake_ticks(options.brake_release_ms, period);
@@ -276,7 +277,7 @@ std::uint16_t DriveNode::fault_command() noexcept {
 
 void DriveNode::choose_target(const NodeRequest& request, bool follow) noexcept {
     if (follow) {
-        target_counts_ = round_to_i32(static_cast<double>(request.target) / units_per_count_);
+        target_counts_ = round_to_i32(nearest_double(request.target) / units_per_count_);
     } else if (power_ != PowerState::operation_enabled || homing_.active()) {
         target_counts_ = actual_counts_;
     }
@@ -288,7 +289,7 @@ std::optional<DriveFrame> DriveNode::nmt_frame(std::int64_t cycle) noexcept {
         return std::nullopt;
     }
     nmt_due_ = false;
-    return on_bus(canopen::nmt(start ? canopen::NmtCommand::start : canopen::NmtCommand::reset_node, node_));
+    return on_bus(canopen::nmt(start ? canopen::NmtCommand::start : canopen::NmtCommand::reset_node, node()));
 }
 
 std::optional<DriveFrame> DriveNode::sdo_frame(std::int64_t tick) noexcept {
@@ -296,9 +297,9 @@ std::optional<DriveFrame> DriveNode::sdo_frame(std::int64_t tick) noexcept {
     if (!may_talk) {
         return std::nullopt;
     }
-    std::optional<DriveFrame> frame = sdo_.poll(node_, tick);
+    std::optional<DriveFrame> frame = sdo_.poll(node(), tick);
     if (!frame && service_ != nullptr && phase_ == Phase::operational && sdo_.result() != SdoClient::Result::busy) {
-        frame = service_->poll(node_, tick);
+        frame = service_->poll(node(), tick);
     }
     return frame ? on_bus(*frame) : frame;
 }
@@ -307,7 +308,7 @@ std::optional<DriveFrame> DriveNode::rpdo_frame() const noexcept {
     if (phase_ != Phase::operational || paired_) {
         return std::nullopt;
     }
-    return on_bus(canopen::rpdo1(node_, controlword_, target_counts_));
+    return canopen::rpdo1(address_, controlword_, target_counts_);
 }
 
 bool DriveNode::controlword_due() const noexcept {
@@ -318,11 +319,11 @@ bool DriveNode::controlword_due() const noexcept {
 DriveFrame DriveNode::controlword_frame() noexcept {
     sent_controlword_ = controlword_;
     unsent_cycles_ = 0;
-    return on_bus(canopen::rpdo2(node_, controlword_));
+    return canopen::rpdo2(address_, controlword_);
 }
 
 DriveFrame DriveNode::on_bus(DriveFrame frame) const noexcept {
-    frame.id = static_cast<std::uint16_t>(frame.id | bus_bit_);
+    frame.id = static_cast<std::uint16_t>(frame.id | bus_bit());
     return frame;
 }
 
@@ -330,11 +331,6 @@ bool DriveNode::take_fresh() noexcept {
     stale_cycles_ = fresh_ ? std::uint8_t{0} : static_cast<std::uint8_t>(stale_cycles_ + (stale_cycles_ < 255 ? 1 : 0));
     fresh_ = false;
     return stale_cycles_ < status_every_;
-}
-
-bool DriveNode::enabled() const noexcept {
-    const bool in_operation = phase_ == Phase::operational && power_ == PowerState::operation_enabled;
-    return in_operation && (homing_.active() || (statusword_ & axis402::kBit12) != 0);
 }
 
 bool DriveNode::fault() const noexcept { return is_fault(power_); }

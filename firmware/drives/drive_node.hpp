@@ -28,8 +28,12 @@ public:
     DriveNode(const MachineConfig& machine, std::size_t axis, const DrivePlan& plan = kPlainDrives) noexcept;
 
     /// Identifiers of its frames are a base plus this: the node, and the bit of its bus.
-    [[nodiscard]] std::uint16_t address() const noexcept { return static_cast<std::uint16_t>(bus_bit_ | node_); }
-    [[nodiscard]] std::uint16_t bus_bit() const noexcept { return bus_bit_; }
+    [[nodiscard]] std::uint16_t address() const noexcept { return address_; }
+    [[nodiscard]] std::uint16_t bus_bit() const noexcept { return address_ & kSecondDriveBus; }
+    /// A frame that this node has sent, and not another one.
+    [[nodiscard]] bool sent(const DriveFrame& frame) const noexcept {
+        return (frame.id & (canopen::kNodeMask | kSecondDriveBus)) == address_;
+    }
     [[nodiscard]] bool paired() const noexcept { return paired_; }
     /// Uses the SDO channel while this node does not. Outlives the node; null: nobody.
     void attach(SdoService* service) noexcept { service_ = service; }
@@ -39,6 +43,8 @@ public:
     /// Once a tick after the frames; `cycle`: an RPDO follows in this tick.
     void update(const NodeRequest& request, std::int64_t tick, bool cycle) noexcept;
 
+    /// False: `nmt_frame` is empty.
+    [[nodiscard]] bool nmt_due() const noexcept { return nmt_due_; }
     /// `cycle`: number of the last drive cycle. Where the status comes with every n-th SYNC only, the start waits for
     /// this node's turn among them, so that not all answer the same SYNC.
     [[nodiscard]] std::optional<DriveFrame> nmt_frame(std::int64_t cycle) noexcept;
@@ -56,7 +62,10 @@ public:
 
     [[nodiscard]] bool present() const noexcept { return phase_ == Phase::operational; }
     [[nodiscard]] axis402::PowerState power_state() const noexcept { return power_; }
-    [[nodiscard]] bool enabled() const noexcept;
+    [[nodiscard]] bool enabled() const noexcept {
+        const bool in_operation = phase_ == Phase::operational && power_ == axis402::PowerState::operation_enabled;
+        return in_operation && (homing_.active() || (statusword_ & axis402::kBit12) != 0);
+    }
     [[nodiscard]] bool follows() const noexcept { return following_; }
     [[nodiscard]] bool fault() const noexcept;
     [[nodiscard]] const HomingSequence& homing() const noexcept { return homing_; }
@@ -81,6 +90,9 @@ private:
     [[nodiscard]] bool step_done(bool& failed) noexcept;
     void watch_liveness(std::int64_t tick) noexcept;
     void operate(const NodeRequest& request, std::int64_t tick, bool cycle) noexcept;
+    [[nodiscard]] std::uint8_t node() const noexcept {
+        return static_cast<std::uint8_t>(address_ & canopen::kNodeMask);
+    }
     [[nodiscard]] DriveFrame on_bus(DriveFrame frame) const noexcept;
     void run_brake(const NodeRequest& request, std::int64_t tick) noexcept;
     [[nodiscard]] std::uint16_t command(const NodeRequest& request) noexcept;
@@ -105,7 +117,7 @@ private:
     std::int32_t target_counts_ = 0;
     std::int64_t brake_tick_ = 0;
     std::size_t step_ = 0;
-    std::uint16_t bus_bit_ = 0;
+    std::uint16_t address_ = 0;
     std::uint16_t release_ticks_ = 0;
     std::uint16_t apply_ticks_ = 0;
     std::uint16_t sent_controlword_ = 0;
@@ -116,7 +128,6 @@ private:
     std::uint16_t statusword_ = 0;
     std::uint16_t error_code_ = 0;
     std::uint16_t controlword_ = 0;
-    std::uint8_t node_ = 0;
     std::uint8_t reset_cycles_ = 0;
     Phase phase_ = Phase::resetting;
     axis402::PowerState power_ = axis402::PowerState::unknown;

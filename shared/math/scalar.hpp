@@ -51,6 +51,13 @@ inline constexpr double kNoBinaryPlaces = 6755399441055744.0;
     return std::bit_cast<double>(v + std::bit_cast<std::int64_t>(scalar_detail::kNoBinaryPlaces)) -
            scalar_detail::kNoBinaryPlaces;
 }
+/// The nearest double, halves to even, as a static_cast gives it; of any number. For the same cores: both halves are
+/// exact, and their sum is rounded once.
+[[nodiscard]] constexpr double nearest_double(std::int64_t v) noexcept {
+    const auto high = static_cast<std::int32_t>(v >> 32U);
+    const auto low = static_cast<std::uint32_t>(v & 0xFFFF'FFFF);
+    return static_cast<double>(high) * 4294967296.0 + static_cast<double>(low);
+}
 /// Limited to ±2^51; a NaN becomes −2^51.
 [[nodiscard]] constexpr std::int64_t nearest(double v) noexcept {
     constexpr double kLimit = 2251799813685248.0;

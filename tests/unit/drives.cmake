@@ -4,6 +4,7 @@ sc_test(unit_firmware_drives LABEL unit
     ${CMAKE_CURRENT_LIST_DIR}/shared/drives/bus_budget_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/canopen_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/drive_configuration_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/drive_master_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/drive_node_test.cpp
     ${CMAKE_CURRENT_LIST_DIR}/firmware/drives/sdo_client_test.cpp
   DEPS firmware_drives)

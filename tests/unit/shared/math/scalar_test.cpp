@@ -60,5 +60,18 @@ TEST(Scalar, ClampsANumberThatIsNoneToTheLowerEnd) {
     EXPECT_EQ(clamped(0.25, -1.0, 1.0), 0.25);
 }
 
+TEST(NearestDouble, IsTheStaticCastOfAnyNumber) {
+    for (const std::int64_t v : {INT64_MIN, INT64_MAX, INT64_MIN + 1, std::int64_t{0}, std::int64_t{-1},
+                                 (std::int64_t{1} << 53) + 1, -(std::int64_t{1} << 53) - 3, std::int64_t{0xFFFF'FFFF},
+                                 std::int64_t{-0x1'0000'0000}, std::int64_t{0x7FFF'FFFF'FFFF'FDFF}}) {
+        EXPECT_EQ(nearest_double(v), static_cast<double>(v)) << v;
+    }
+    std::mt19937_64 random(2);
+    for (int i = 0; i < 100'000; ++i) {
+        const auto v = static_cast<std::int64_t>(random()) >> (i % 64);
+        ASSERT_EQ(nearest_double(v), static_cast<double>(v)) << v;
+    }
+}
+
 }  // namespace
 }  // namespace sc
