@@ -21,7 +21,7 @@ namespace {
     if (nodes == 1.0) {
         return {};
     }
-    const auto shared_frames = static_cast<double>((pairs + 1) / 2);
+    const auto shared_frames = static_cast<double>((pairs + 1) >> 1U);  // two targets a frame
     cyclic += shared_frames * worst_frame_bits(8);
     const double service = machine.drive_cycle_ticks == 1 ? kServiceTicks : 1;
     const double controlword = pairs > 0 ? worst_frame_bits(2) : 0;
