@@ -39,6 +39,10 @@ public:
     void line(std::int64_t t_ns, std::string_view what, std::int64_t value) {
         if (file_.is_open()) {
             file_ << t_ns << ' ' << what << ' ' << value << '\n';
+            // Whoever looks at it when the light has gone finds all pulses there.
+            if (what != "pulse") {
+                file_.flush();
+            }
         }
     }
     void close() {

@@ -23,7 +23,7 @@ def run(guest):
     line = Line(guest)
     slave = guest.start("/usr/bin/python3", "-B", guest.root / "tests/guest/support/modbus_slave.py", line.ends[1])
     wait_until(lambda: "ready" in slave.out.read_text(encoding="utf-8") or slave.poll() is not None, 60, "pymodbus")
-    cell = Cell(guest, "can:vcan0", "vcan1", more=("--sensors", f"0={line.ends[0]}", "--answer-timeout", "1000"))
+    cell = Cell(guest, "can:vcan0", "vcan1", more=("--sensors", f"0={line.ends[0]}"))
     found = wait_until(lambda: (one := sensor_of(guest, cell)).get("code", 1) == 0 and one, 60, "a good value")
     assert abs(found["value_mm"] - DISTANCE_MM) < 0.004, f"the sensor says {found}"
     slave.send_signal(signal.SIGTERM)

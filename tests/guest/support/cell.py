@@ -23,18 +23,23 @@ def last_json(text):
 
 
 class Cell:
-    def __init__(self, guest, link, bus, drives=None, lines=("--lines-closed",), more=()):
-        """`bus`: the interface that the controller's drive bus is; `drives`: that of the drives, if it is another."""
+    def __init__(self, guest, link, bus, drives=None, lines=("--lines-closed",), more=(),
+                 answer_ms=20_000):
+        """`bus`: the interface that the controller's drive bus is; `drives`: that of the drives, if it is another;
+        `answer_ms`: how long a tick waits for drives, on a busy machine for seconds."""
         self.guest, self.link = guest, link
         self.name = f"{guest.folder.name}-{next(_numbers)}"
         self.drives = guest.start(guest.program("scribecell-drive"), "--can", drives or bus,
                                   *[word for node in (1, 2, 3, 4) for word in ("--node", node)])
         socket = f"/run/{self.name}.socket"
-        self.events = guest.start(guest.program("scribecell-events"), socket, "--once", "--json", "--watchdog", "0")
+        self._trace = Path(f"/run/{self.name}.trace")
+        self.events = guest.start(guest.program("scribecell-events"), socket, "--once", "--json", "--watchdog", "0",
+                                  "--out", self._trace)
         self._ready(self.drives, "ready")
         wait_until(lambda: os.path.exists(socket), 60, "the event device's socket")
         self.controller = guest.start(guest.program("scribecell-rt"), "--drive-bus", f"can:{bus}", "--link", link,
-                                      "--events", socket, "--pace", "drives", "--no-rt", "--json", *lines, *more)
+                                      "--events", socket, "--pace", "drives", "--no-rt", "--json", "--answer-timeout", answer_ms, *lines,
+                                      *more)
         wait_until(lambda: "host on" in self.controller.err.read_text(encoding="utf-8") or self.controller.poll() is not None,
                    60, "the controller")
         assert self.controller.poll() is None, self.controller.err.read_text(encoding="utf-8")[-400:]
@@ -56,6 +61,17 @@ class Cell:
     def wait_for_state(self, *states, seconds=120):
         return wait_until(lambda: (figures := self.figures())["state"] in states and figures, seconds,
                           f"state {' or '.join(states)}")
+
+    def played(self):
+        """What the event device has played, (ns, what, value) each; whole up to where the light went off last."""
+        part = Path(f"{self._trace}.part")
+        lines = (part if part.exists() else self._trace).read_text(encoding="utf-8").splitlines()
+        events = [line.split() for line in lines if not line.startswith("#")]
+        return [(int(words[0]), words[1], int(words[2])) for words in events if len(words) == 3]
+
+    def burnt(self):
+        """Pulses on the part, as a person counts them there."""
+        return sum(what == "pulse" for _, what, _ in self.played())
 
     def host(self, *words, link=None):
         """Starts `scribecell` on this cell."""
@@ -81,6 +97,11 @@ def scribe(cell, job, *words):
     root = cell.guest.root
     journal = f"/run/{cell.name}.sqlite"  # SQLite's locks do not work in the shared folder
     return cell.host("scribe", root / job, "--json", "--journal", journal, *words)
+
+
+def resume(cell, job):
+    """Goes on with the first path of a job that was broken off, where pulses are uncertain with those on the part."""
+    return scribe(cell, job, "--resume", "--reset-fault", "--confirm-uncertain", f"0/0/{cell.burnt()}")
 
 
 def finished(process, code=0, seconds=200):
