@@ -18,7 +18,7 @@ def host_link_up(guest):
 
 
 def drive_queue_full(guest):
-    guest.run("tc", "qdisc", "add", "dev", "vcan1", "root", "netem", "delay", "1000s", "limit", "1")
+    guest.run("tc", "qdisc", "add", "dev", "vcan1", "root", "netem", "delay", "250s", "limit", "1")
 
 
 def drive_queue_free(guest):

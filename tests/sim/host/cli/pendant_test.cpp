@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A pendant that a file plays, on the simulated cell.
 #include <filesystem>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -84,6 +86,35 @@ TEST(PendantAtMarkers, RecordsWhereTheWheelHasBroughtTheBeam) {
     EXPECT_EQ(program.wait(), 0) << program.err();
     EXPECT_NE(program.err().find("measured - true -0.2"), std::string::npos) << program.err();
     EXPECT_NE(program.out().find("1 markers recorded"), std::string::npos) << program.out();
+}
+
+/// x of each marker's reading, mm.
+std::vector<double> pointed(const std::string& wheel) {
+    const auto events = played("0 plug\n10 axis x\n20 feed 0.1\n" + wheel +
+                               "31000 press probe-z\n31010 release\n60000 press probe-z\n60010 release\n"
+                               "90000 press probe-z\n90010 release\n120000 press probe-z\n120010 release\n");
+    const auto out = events.parent_path() / "p";
+    Program program("scribecell", {"calibrate", "pointing", "--out", out.string(), "--markers", "4", "--looks", "1",
+                                   "--pendant-reports", events.string()});
+    EXPECT_EQ(program.wait(), 0) << program.err();
+    std::istringstream rows(read_file(out / "pointing.csv"));
+    std::vector<double> x;
+    std::string line;
+    std::getline(rows, line);
+    while (std::getline(rows, line)) {
+        x.push_back(std::stod(line.substr(line.find(',') + 1)));
+    }
+    return x;
+}
+
+TEST(PendantAtMarkers, PointsAtThoseOfTheCalibration) {
+    const std::vector<double> still = pointed("");
+    const std::vector<double> turned = pointed("30000 wheel 2\n");
+    ASSERT_EQ(still.size(), 4U);
+    ASSERT_EQ(turned.size(), 4U);
+    EXPECT_NEAR(turned[0] - still[0], 0.2, 4e-3);
+    EXPECT_NEAR(turned[1], still[1], 4e-3);
+    EXPECT_NEAR(turned[3], still[3], 4e-3);
 }
 
 TEST(PendantInAJob, PausesItAndLetsItGoOnWithEveryPulse) {
