@@ -10,6 +10,7 @@
 #include "host/bridge/errors.hpp"
 #include "host/bridge/program.hpp"
 #include "host/cli/bench_figures.hpp"
+#include "host/cli/bench_pendant.hpp"
 
 namespace sc::host::cli {
 namespace {
@@ -49,6 +50,10 @@ std::vector<Figure> bench_bus(const BenchOptions& options) {
     }
     figures.insert(figures.begin(), {Figure{"budget_error_pct", worst, "%"}, Figure{"frames_over_bound", over, ""},
                                      Figure{"longest_frame_share", nearest, ""}});
+    for (const auto& more : {detent_figures, guest_figures}) {
+        const std::vector<Figure> found = more(options);
+        figures.insert(figures.end(), found.begin(), found.end());
+    }
     return figures;
 }
 
