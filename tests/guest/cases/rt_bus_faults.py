@@ -3,6 +3,7 @@
 job is resumed: each pulse once."""
 from support.can import ERROR_BUS_OFF, ERROR_FLAG, ERROR_RESTARTED, Bus
 from support.cell import LONG_JOB, Cell, finished, resume, scribe
+from support.guest import wait_until
 
 LIMIT_S = 600
 LONG_PULSES = 4_001
@@ -45,6 +46,8 @@ def broken_off(guest, cell, job, breaks, mends, fault):
     assert figures["first_fault"] == fault, f"{breaks.__name__}: fault {figures['first_fault']}, not {fault}"
     assert 0 < cell.burnt() < LONG_PULSES, f"{breaks.__name__}: {cell.burnt()} pulses"
     mends(guest)
+    # A tick waits for answers that went with the fault; the next ones come at once.
+    wait_until(lambda: cell.figures()["ticks"] > figures["ticks"] + 50, 300, "ticks after the fault")
 
 
 def run(guest):

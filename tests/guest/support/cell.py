@@ -58,7 +58,7 @@ class Cell:
                    or self.controller.poll() is not None, 30, "figures of the controller")
         return last_json(self.controller.out.read_text(encoding="utf-8"))
 
-    def wait_for_state(self, *states, seconds=120):
+    def wait_for_state(self, *states, seconds=400):
         return wait_until(lambda: (figures := self.figures())["state"] in states and figures, seconds,
                           f"state {' or '.join(states)}")
 
