@@ -28,7 +28,7 @@ namespace {
 using namespace std::chrono_literals;
 
 const std::string kPrograms = std::string(SC_BINARY_DIR) + "/bin/";
-constexpr int kInherited = 7;
+constexpr int kInherited = 200;  // no file of this process has that number
 
 /// A program with its stdout in a pipe, and one socket handed over.
 class Program {
