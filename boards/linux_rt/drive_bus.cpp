@@ -13,6 +13,8 @@ namespace {
 constexpr std::uint16_t kNodeMask = 0x07F;
 constexpr std::uint16_t kIdMask = 0x7FF;
 constexpr std::uint16_t kFunctionMask = 0x780;
+constexpr std::uint16_t kNmt = 0x000;
+constexpr std::uint8_t kNmtStart = 0x01;
 constexpr std::uint16_t kSync = 0x080;
 constexpr std::uint16_t kStatusOfNode = 0x180;
 constexpr std::uint16_t kSdoReply = 0x580;
@@ -83,6 +85,14 @@ void DriveBus::expect(const DriveFrame& frame) noexcept {
         for (Node& node : nodes_[(frame.id & kSecondDriveBus) != 0 ? 1 : 0]) {
             ++node.since;
             node.answer_due = node.every > 0 && node.since >= node.every;
+        }
+    } else if ((frame.id & kIdMask) == kNmt && frame.size == 2 && frame.data[0] != kNmtStart) {
+        // Reset, stopped or pre-operational: no status to a SYNC from now on.
+        auto& nodes = nodes_[(frame.id & kSecondDriveBus) != 0 ? 1 : 0];
+        for (std::size_t i = 0; i < nodes.size(); ++i) {
+            if (frame.data[1] == 0 || frame.data[1] == i) {
+                nodes[i] = {.known = nodes[i].known};
+            }
         }
     } else if ((frame.id & kFunctionMask) == kSdoRequest) {
         Node& node = node_of(frame);

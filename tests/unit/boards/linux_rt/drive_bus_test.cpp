@@ -115,6 +115,35 @@ TEST_F(TwoBuses, WaitsForThoseThatAnsweredBefore) {
     EXPECT_TRUE(bus_.answered());  // the other is not waited for until it speaks again
 }
 
+TEST_F(TwoBuses, ADriveThatIsResetIsNotWaitedForUntilItSpeaksAgain) {
+    const auto both_answer = [this] {
+        send(0x080);
+        drive_says(0, 0x181);
+        drive_says(0, 0x182);
+        EXPECT_TRUE(bus_.answered());
+    };
+    both_answer();
+    both_answer();
+    const auto nmt = [this](std::uint8_t command, std::uint8_t node) {
+        const DriveFrame frame{.id = 0, .size = 2, .data = {command, node}};
+        bus_.send(std::span(&frame, 1));
+    };
+    nmt(0x01, 1);  // start: nothing changes
+    send(0x080);
+    drive_says(0, 0x182);
+    EXPECT_FALSE(bus_.answered());
+    nmt(0x81, 1);  // reset
+    EXPECT_TRUE(bus_.answered());
+    send(0x080);
+    EXPECT_FALSE(bus_.answered());  // the other one is
+    drive_says(0, 0x182);
+    EXPECT_TRUE(bus_.answered());
+    nmt(0x81, 0);  // of all
+    send(0x080);
+    EXPECT_TRUE(bus_.answered());
+    EXPECT_EQ(bus_.counters().unanswered, 0U);
+}
+
 TEST_F(TwoBuses, ADriveThatAnswersEverySecondSyncIsWaitedForThenAlone) {
     for (int i = 0; i < 2; ++i) {
         send(0x080);
