@@ -43,7 +43,7 @@ void Controller::report(const ServoInputs& in, ServoOutputs& out) noexcept {
     }
     const bool burns = job_started_ && job_burns_;
     fired_.tick(burns ? JobPlace{runner_.fired(), runner_.fired_position()} : fired_.record().reached,
-                burns && supervisor_.faults() != 0);
+                burns && (supervisor_.faults() != 0 || suspicion_));
     const State now = state();
     if (now != reported_state_ || in.tick - report_tick_ >= kStatusEveryTicks) {
         link::Status status;

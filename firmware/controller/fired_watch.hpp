@@ -22,15 +22,16 @@ public:
         retained_ = retained;
         write();
     }
-    /// Each tick, before its outputs are released: how far the job has come with them.
-    void tick(const JobPlace& now, bool fault) noexcept {
+    /// Each tick, before its outputs are released: how far the job has come with them. `dark`: a fault, or what may
+    /// become one, cancels what waits; nothing is burnt after that until a job begins.
+    void tick(const JobPlace& now, bool dark) noexcept {
         if (record_.job == 0 || frozen_) {
             return;
         }
         const JobRecord before = record_;
         record_.reached = now;
-        record_.certain = fault ? past_[2] : past_[1];
-        frozen_ = fault;
+        record_.certain = dark ? past_[2] : past_[1];
+        frozen_ = dark;
         past_ = {now, past_[0], past_[1]};
         if (!(record_ == before)) {
             write();

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "cell_job.hpp"
@@ -54,6 +57,41 @@ INSTANTIATE_TEST_SUITE_P(
                     Provoked{"pulse 500 drive x stall", State::fault, Fault::following_error, 60'000'000},
                     Provoked{"pulse 500 drive z silent", State::fault, Fault::drive_lost, 60'000'000},
                     Provoked{"pulse 500 link cut", State::held_link, Fault::none, 140'000'000}));
+
+class SimCellFaultPlace : public testing::TestWithParam<const char*> {};
+
+/// At whatever pulse it comes: those that the cell is certain of are on the part, and none beyond the last it may be.
+TEST_P(SimCellFaultPlace, TheCellIsCertainOfNoPulseThatIsNotOnThePart) {
+    for (int pulse = 500; pulse < 512; ++pulse) {
+        SimCell cell(default_cell("pulse " + std::to_string(pulse) + ' ' + GetParam()));
+        TestHost host(cell);
+        ASSERT_TRUE(host.prepare());
+        ASSERT_TRUE(host.begin(LineJob{0.100, 0.050}.items()));
+        for (int i = 0; i < 20'000 && cell.state() != State::fault; ++i) {
+            host.stream(40);
+            host.live(1);
+        }
+        ASSERT_EQ(cell.state(), State::fault) << pulse;
+        host.live(20);
+        host.position.reset();
+        host.send(link::PositionRequest{});
+        host.live(50);
+        ASSERT_TRUE(host.position);
+        EXPECT_LE(host.position->pulses, cell.plant().pulses()) << "fault at pulse " << pulse;
+        EXPECT_GE(host.position->reached_pulses, cell.plant().pulses()) << "fault at pulse " << pulse;
+        EXPECT_GT(host.position->pulses + 100, cell.plant().pulses()) << "fault at pulse " << pulse;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, SimCellFaultPlace,
+                         testing::Values("estop open", "interlock open", "laser alarm", "galvo fail",
+                                         "drive x fault 0x2310", "drive x freeze", "drive x stall", "drive x silent",
+                                         "drive z silent"),
+                         [](const auto& test) {
+                             std::string name = test.param;
+                             std::replace(name.begin(), name.end(), ' ', '_');
+                             return name;
+                         });
 
 TEST(SimCellFaults, EveryFaultTimeIsNeitherZeroNorLost) {
     SimCell cell(default_cell("pulse 500 laser alarm"));

@@ -117,6 +117,7 @@ public:
     link::Status status;
     link::StreamAck ack;
     std::optional<link::JobRefused> refused;
+    std::optional<link::Position> position;
 
 private:
     [[nodiscard]] bool leave(State state) {
@@ -140,7 +141,7 @@ private:
     void take(const link::JobRefused& message) { refused = message; }
     void take(const link::Status& message) { status = message; }
     void take(const link::ConfigChunk&) {}
-    void take(const link::Position&) {}
+    void take(const link::Position& message) { position = message; }
     void take(const link::StreamMissing&) {}
     void take(const link::SensorReport&) {}
     void take(const link::ClockReply&) {}
