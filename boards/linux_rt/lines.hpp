@@ -66,7 +66,8 @@ public:
 struct LineCounters {
     std::uint64_t edges = 0;     ///< events, of whatever line
     std::uint64_t glitches = 0;  ///< lines that had gone and come back between two looks
-    std::uint64_t missed = 0;    ///< levels that had changed without an event: only the level told
+    std::uint64_t missed =
+        0;  ///< levels that had changed without an event, or before it was there: only the level told
 };
 
 struct LineSample {
