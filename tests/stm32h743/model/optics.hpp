@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tests/stm32h743/model/machine.hpp"
+
+/// What plays waveforms: clock enables, a timer that asks for DMA, eight DMA streams behind the request multiplexer,
+/// and a port whose edges are recorded. Numbers: tests/data/stm32h743/optics.csv.
+
+namespace sc::model {
+
+/// Registers of RCC that let clocks through.
+class ClockGates : public Peripheral {
+public:
+    static constexpr std::uint32_t kBase = 0x58024400;
+    static constexpr std::uint32_t kAhb1 = 0xD8;
+    static constexpr std::uint32_t kAhb2 = 0xDC;
+    static constexpr std::uint32_t kAhb4 = 0xE0;
+    static constexpr std::uint32_t kApb1l = 0xE8;
+    explicit ClockGates(Machine& machine) : machine_(machine) {}
+    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_[offset]; }
+    void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    [[nodiscard]] bool on(std::uint32_t offset, unsigned bit) const;
+    /// Notes a violation when the clock of `who` is off.
+    bool check(std::uint32_t offset, unsigned bit, const char* who) const;
+
+private:
+    Machine& machine_;
+    std::map<std::uint32_t, std::uint32_t> words_;
+};
+
+/// Port E. Edges of pins that are outputs, in order.
+class EdgePort : public Peripheral {
+public:
+    static constexpr std::uint32_t kBase = 0x58021000;
+    struct Edge {
+        std::int64_t ns = 0;
+        std::uint32_t before = 0;  ///< levels of all pins
+        std::uint32_t after = 0;
+    };
+    EdgePort(Machine& machine, const ClockGates& clocks) : machine_(machine), clocks_(clocks) {}
+    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    std::vector<Edge> edges;
+
+private:
+    [[nodiscard]] std::uint32_t outputs() const;
+    Machine& machine_;
+    const ClockGates& clocks_;
+    std::uint32_t mode_ = 0xFFFFFFFF;
+    std::uint32_t type_ = 0;
+    std::uint32_t speed_ = 0;
+    std::uint32_t level_ = 0;
+};
+
+/// DMA1 with its part of DMAMUX1.
+class DmaModel : public Peripheral {
+public:
+    static constexpr std::uint32_t kBase = 0x40020000;
+    static constexpr std::uint32_t kMuxBase = 0x40020800;
+    /// The multiplexer is another peripheral on the bus.
+    class Mux : public Peripheral {
+    public:
+        explicit Mux(DmaModel& dma) : dma_(dma) {}
+        [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return dma_.request_.at(offset / 4); }
+        void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+
+    private:
+        DmaModel& dma_;
+    };
+    DmaModel(Machine& machine, const ClockGates& clocks) : mux(*this), machine_(machine), clocks_(clocks) {}
+    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    /// A peripheral asks for a transfer.
+    void request(std::uint32_t line);
+    Mux mux;
+
+private:
+    struct Stream {
+        std::uint32_t cr = 0;
+        std::uint32_t left = 0;
+        std::uint32_t par = 0;
+        std::array<std::uint32_t, 2> memory{};
+        std::uint32_t fcr = 0x21;
+        std::uint32_t count = 0;
+        std::uint32_t at = 0;
+        std::uint32_t flags = 0;
+    };
+    void control(unsigned n, std::uint32_t value);
+    void transfer(unsigned n);
+    void finish(unsigned n);
+    Machine& machine_;
+    const ClockGates& clocks_;
+    std::array<Stream, 8> streams_{};
+    std::array<std::uint32_t, 8> request_{};
+};
+
+/// TIM6: up to the auto-reload, from 0 again. 240 MHz.
+class BasicTimer : public Peripheral {
+public:
+    static constexpr std::uint32_t kBase = 0x40001000;
+    static constexpr std::uint32_t kRequest = 69;
+    BasicTimer(Machine& machine, const ClockGates& clocks, DmaModel& dma)
+        : machine_(machine), clocks_(clocks), dma_(dma) {}
+    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
+    void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
+    [[nodiscard]] std::int64_t next_ns() const override;
+    void act(std::int64_t now_ns) override;
+    /// For the edge that counts: when the counter was started.
+    std::int64_t started_ns = 0;
+
+private:
+    void update();
+    Machine& machine_;
+    const ClockGates& clocks_;
+    DmaModel& dma_;
+    std::map<std::uint32_t, std::uint32_t> words_;
+    std::int64_t ticks_ = 0;  ///< from the start to the next update
+};
+
+}  // namespace sc::model
