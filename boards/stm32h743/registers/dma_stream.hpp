@@ -11,10 +11,14 @@ namespace sc::stm32h743::dma {
 inline constexpr Address kDma1 = 0x40020000;
 inline constexpr Address kMux1 = 0x40020800;
 
+inline constexpr Address kDma2 = 0x40020400;
+
 /// Flags of streams 0 to 3 and where they are cleared.
 inline constexpr Address kLisr = kDma1 + 0x00;
 inline constexpr Address kLifcr = kDma1 + 0x08;
-/// Of stream 0, in both.
+inline constexpr Address kLisr2 = kDma2 + 0x00;
+inline constexpr Address kLifcr2 = kDma2 + 0x08;
+/// Of stream 0, in all.
 inline constexpr std::uint32_t kFifoError = 1U << 0U;
 inline constexpr std::uint32_t kDirectError = 1U << 2U;
 inline constexpr std::uint32_t kTransferError = 1U << 3U;
@@ -23,6 +27,7 @@ inline constexpr std::uint32_t kComplete = 1U << 5U;
 inline constexpr std::uint32_t kAllFlags = kFifoError | kDirectError | kTransferError | kHalf | kComplete;
 
 [[nodiscard]] constexpr Address stream(unsigned n) noexcept { return kDma1 + 0x10 + 0x18 * n; }
+[[nodiscard]] constexpr Address stream2(unsigned n) noexcept { return kDma2 + 0x10 + 0x18 * n; }
 inline constexpr Address kCr = 0x00;
 inline constexpr Address kNdtr = 0x04;
 inline constexpr Address kPar = 0x08;
@@ -43,7 +48,9 @@ inline constexpr std::uint32_t kVeryHigh = 3U << 16U;
 inline constexpr std::uint32_t kDoubleBuffer = 1U << 18U;
 inline constexpr std::uint32_t kCurrentTarget = 1U << 19U;
 
+/// Streams of DMA1 have channels 0 to 7, those of DMA2 8 to 15.
 [[nodiscard]] constexpr Address mux(unsigned channel) noexcept { return kMux1 + 4 * channel; }
+inline constexpr std::uint32_t kRequestTim1Update = 15;
 inline constexpr std::uint32_t kRequestTim6Update = 69;
 
 }  // namespace sc::stm32h743::dma

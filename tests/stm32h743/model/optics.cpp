@@ -16,6 +16,7 @@ constexpr std::uint32_t kHalfFlag = 1U << 4U;
 constexpr std::uint32_t kCompleteFlag = 1U << 5U;
 constexpr std::array<unsigned, 4> kFlagPlace{0, 6, 16, 22};
 constexpr unsigned kFirstStreamInterrupt = 11;
+constexpr unsigned kFirstStreamInterrupt2 = 56;
 
 /// AXI SRAM and SRAM1 to SRAM3.
 bool reached(std::uint32_t at) {
@@ -25,7 +26,7 @@ bool reached(std::uint32_t at) {
 }  // namespace
 
 void ClockGates::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (bytes != 4 || (offset != kAhb1 && offset != kAhb2 && offset != kAhb4 && offset != kApb1l)) {
+    if (bytes != 4 || (offset != kAhb1 && offset != kAhb2 && offset != kAhb4 && offset != kApb1l && offset != kApb2)) {
         machine_.violation("RCC: a register that the waveforms do not need is written");
     }
     words_[offset] = value;
@@ -52,11 +53,21 @@ std::uint32_t EdgePort::outputs() const {
     return pins;
 }
 
+int EdgePort::function(unsigned pin) const {
+    if (((mode_ >> (2 * pin)) & 3U) != 2) {
+        return -1;
+    }
+    return static_cast<int>((function_.at(pin / 8) >> (4 * (pin % 8))) & 15U);
+}
+
 std::uint32_t EdgePort::read(std::uint32_t offset) {
     switch (offset) {
         case 0x00: return mode_;
         case 0x04: return type_;
         case 0x08: return speed_;
+        case 0x0C: return pull_;
+        case 0x20: return function_[0];
+        case 0x24: return function_[1];
         case 0x14: return level_;
         default: return 0;
     }
@@ -71,6 +82,9 @@ void EdgePort::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
         case 0x00: mode_ = value; break;
         case 0x04: type_ = value; break;
         case 0x08: speed_ = value; break;
+        case 0x0C: pull_ = value; break;
+        case 0x20: function_[0] = value; break;
+        case 0x24: function_[1] = value; break;
         case 0x18:
             if (bytes != 4) {
                 machine_.violation("GPIOE: BSRR is a word");
@@ -88,12 +102,12 @@ void EdgePort::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
 void DmaModel::Mux::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
     const unsigned n = offset / 4;
     if (bytes != 4 || offset % 4 != 0 || (value & ~0x7FU) != 0) {
-        dma_.machine_.violation("DMAMUX1: only a request is to be chosen");
+        dma_.note("DMAMUX1: only a request is to be chosen");
     }
     if ((dma_.streams_.at(n).cr & kEn) != 0) {
-        dma_.machine_.violation("DMAMUX1: changed under a stream that runs");
+        dma_.note("DMAMUX1: changed under a stream that runs");
     }
-    (void)dma_.clocks_.check(ClockGates::kAhb1, 0, "DMAMUX1");
+    (void)dma_.clocks_.check(ClockGates::kAhb1, dma_.clock_bit(), "DMAMUX1");
     dma_.request_.at(n) = value;
 }
 
@@ -121,9 +135,9 @@ std::uint32_t DmaModel::read(std::uint32_t offset) {
 
 void DmaModel::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
     if (bytes != 4) {
-        machine_.violation("DMA1: registers are words");
+        note("registers are words");
     }
-    if (!clocks_.check(ClockGates::kAhb1, 0, "DMA1")) {
+    if (!clocks_.check(ClockGates::kAhb1, clock_bit(), name())) {
         return;
     }
     if (offset == 0x08 || offset == 0x0C) {
@@ -133,7 +147,7 @@ void DmaModel::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
         return;
     }
     if (offset < 0x10) {
-        machine_.violation("DMA1: flags are cleared by LIFCR and HIFCR");
+        note("flags are cleared by LIFCR and HIFCR");
         return;
     }
     const unsigned n = (offset - 0x10) / 0x18;
@@ -141,7 +155,7 @@ void DmaModel::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
     const bool runs = (stream.cr & kEn) != 0;
     const auto idle = [&](const char* what) {
         if (runs) {
-            machine_.violation(std::string("DMA1: ") + what + " is written while the stream runs");
+            note(std::string(what) + " is written while the stream runs");
         }
         return !runs;
     };
@@ -162,7 +176,7 @@ void DmaModel::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
             const unsigned which = (offset - 0x10) % 0x18 == 0x0C ? 0 : 1;
             const bool in_play = which == ((stream.cr & kCt) != 0 ? 1U : 0U);
             if (runs && ((stream.cr & kDbm) == 0 || in_play)) {
-                machine_.violation("DMA1: the address in play is written");
+                note("the address in play is written");
                 stream.flags |= kTransferErrorFlag;
                 stream.cr &= ~kEn;
             }
@@ -181,7 +195,7 @@ void DmaModel::control(unsigned n, std::uint32_t value) {
     Stream& stream = streams_.at(n);
     if ((stream.cr & kEn) != 0) {
         if (((stream.cr ^ value) & ~kFreeBits) != 0) {
-            machine_.violation("DMA1: settings are changed while the stream runs");
+            note("settings are changed while the stream runs");
             value = (value & kFreeBits) | (stream.cr & ~kFreeBits);
         }
         stream.cr = value;
@@ -190,11 +204,11 @@ void DmaModel::control(unsigned n, std::uint32_t value) {
     if ((value & kEn) != 0) {
         const std::array<std::uint32_t, 2> memory = stream.memory;
         if (stream.flags != 0) {
-            machine_.violation("DMA1: enabled while flags of its last run stand");
+            note("enabled while flags of its last run stand");
         }
         if (stream.par == 0 || stream.count == 0 || !reached(memory[0]) ||
             ((value & kDbm) != 0 && !reached(memory[1]))) {
-            machine_.violation("DMA1: enabled without addresses that it reaches, or without a count");
+            note("enabled without addresses that it reaches, or without a count");
             return;
         }
         stream.left = stream.count;
@@ -212,7 +226,7 @@ void DmaModel::request(std::uint32_t line) {
         }
     }
     if (!taken) {
-        machine_.violation("DMAMUX1: request " + std::to_string(line) + " finds no stream");
+        note("DMAMUX1: request " + std::to_string(line) + " finds no stream");
     }
 }
 
@@ -220,11 +234,14 @@ void DmaModel::transfer(unsigned n) {
     Stream& stream = streams_.at(n);
     const bool words = ((stream.cr >> 11U) & 3U) == 2 && ((stream.cr >> 13U) & 3U) == 2;
     if (!words || ((stream.cr >> 6U) & 3U) != 1 || (stream.cr & kMinc) == 0 || (stream.cr & (1U << 9U)) != 0) {
-        machine_.violation("DMA1: this stream is to write words to one register");
+        note("this stream is to write words to one register");
         return;
     }
     const std::uint32_t from = stream.memory.at((stream.cr & kCt) != 0 ? 1 : 0) + 4 * stream.at;
-    (void)clocks_.check(ClockGates::kAhb2, 29, "SRAM1");
+    if (from >= 0x30000000) {
+        const bool second = from >= 0x30020000;
+        (void)clocks_.check(ClockGates::kAhb2, second ? 30 : 29, second ? "SRAM2" : "SRAM1");
+    }
     machine_.bus_write(stream.par, machine_.bus_read(from, 4), 4);
     ++stream.at;
     --stream.left;
@@ -247,7 +264,7 @@ void DmaModel::finish(unsigned n) {
         stream.cr ^= (stream.cr & kDbm) != 0 ? kCt : 0;
     }
     if ((stream.cr & (1U << 4U)) != 0) {
-        machine_.raise(kFirstStreamInterrupt + n);
+        machine_.raise((which_ == Which::first ? kFirstStreamInterrupt : kFirstStreamInterrupt2) + n);
     }
 }
 

@@ -22,6 +22,7 @@ public:
     static constexpr std::uint32_t kAhb2 = 0xDC;
     static constexpr std::uint32_t kAhb4 = 0xE0;
     static constexpr std::uint32_t kApb1l = 0xE8;
+    static constexpr std::uint32_t kApb2 = 0xF0;
     explicit ClockGates(Machine& machine) : machine_(machine) {}
     [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_[offset]; }
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
@@ -47,6 +48,9 @@ public:
     [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
     std::vector<Edge> edges;
+    /// Its alternate function; none: it is another's.
+    [[nodiscard]] int function(unsigned pin) const;
+    [[nodiscard]] bool pulled_down(unsigned pin) const { return ((pull_ >> (2 * pin)) & 3U) == 2; }
 
 private:
     [[nodiscard]] std::uint32_t outputs() const;
@@ -55,14 +59,18 @@ private:
     std::uint32_t mode_ = 0xFFFFFFFF;
     std::uint32_t type_ = 0;
     std::uint32_t speed_ = 0;
+    std::uint32_t pull_ = 0;
+    std::array<std::uint32_t, 2> function_{};
     std::uint32_t level_ = 0;
 };
 
-/// DMA1 with its part of DMAMUX1.
+/// DMA1 with its part of DMAMUX1, or DMA2 with its own.
 class DmaModel : public Peripheral {
 public:
     static constexpr std::uint32_t kBase = 0x40020000;
+    static constexpr std::uint32_t kBase2 = 0x40020400;
     static constexpr std::uint32_t kMuxBase = 0x40020800;
+    static constexpr std::uint32_t kMuxBase2 = 0x40020820;
     /// The multiplexer is another peripheral on the bus.
     class Mux : public Peripheral {
     public:
@@ -73,7 +81,9 @@ public:
     private:
         DmaModel& dma_;
     };
-    DmaModel(Machine& machine, const ClockGates& clocks) : mux(*this), machine_(machine), clocks_(clocks) {}
+    enum class Which : std::uint8_t { first, second };
+    DmaModel(Machine& machine, const ClockGates& clocks, Which which = Which::first)
+        : mux(*this), machine_(machine), clocks_(clocks), which_(which) {}
     [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
     /// A peripheral asks for a transfer.
@@ -94,8 +104,12 @@ private:
     void control(unsigned n, std::uint32_t value);
     void transfer(unsigned n);
     void finish(unsigned n);
+    void note(const std::string& what) const { machine_.violation(std::string(name()) + ": " + what); }
+    [[nodiscard]] const char* name() const { return which_ == Which::first ? "DMA1" : "DMA2"; }
+    [[nodiscard]] unsigned clock_bit() const { return which_ == Which::first ? 0 : 1; }
     Machine& machine_;
     const ClockGates& clocks_;
+    Which which_;
     std::array<Stream, 8> streams_{};
     std::array<std::uint32_t, 8> request_{};
 };

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <array>
-#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -11,34 +8,12 @@
 #include "boards/stm32h743/registers/dma_stream.hpp"
 #include "boards/stm32h743/registers/optics_port.hpp"
 #include "tests/stm32h743/model/optics.hpp"
+#include "tests/stm32h743/optics/register_table.hpp"
 
 namespace sc::stm32h743 {
 namespace {
 
-struct Table {
-    std::map<std::string, std::uint32_t> address;
-    std::map<std::string, std::uint32_t> mask;  ///< REGISTER.FIELD
-};
-
-Table read_table() {
-    Table table;
-    std::ifstream file(SC_TEST_DATA "/stm32h743/optics.csv");
-    std::string line;
-    std::getline(file, line);
-    while (std::getline(file, line)) {
-        std::istringstream in(line);
-        std::array<std::string, 5> cell;
-        for (std::string& one : cell) {
-            std::getline(in, one, ',');
-        }
-        table.address[cell[0]] = static_cast<std::uint32_t>(std::stoul(cell[1], nullptr, 16));
-        if (!cell[2].empty()) {
-            const unsigned long bits = (1UL << std::stoul(cell[4])) - 1UL;
-            table.mask[cell[0] + "." + cell[2]] = static_cast<std::uint32_t>(bits << std::stoul(cell[3]));
-        }
-    }
-    return table;
-}
+using test::read_table;
 
 TEST(OpticsRegisters, DriverHasTheAddressesOfTheTable) {
     const std::map<std::string, std::uint32_t> driver{
@@ -66,11 +41,11 @@ TEST(OpticsRegisters, DriverHasTheAddressesOfTheTable) {
         {"DMA1_S0FCR", dma::stream(0) + dma::kFcr},
         {"DMAMUX1_C0CR", dma::mux(0)},
     };
-    EXPECT_EQ(driver, read_table().address);
+    EXPECT_EQ(driver, read_table("optics").address);
 }
 
 TEST(OpticsRegisters, DriverHasTheBitsOfTheTable) {
-    const std::map<std::string, std::uint32_t> mask = read_table().mask;
+    const std::map<std::string, std::uint32_t> mask = read_table("optics").mask;
     const std::map<std::string, std::uint32_t> bits{
         {"RCC_AHB1ENR.DMA1EN", optics_port::kDma1Clock},
         {"RCC_AHB2ENR.SRAM1EN", optics_port::kSram1Clock},
@@ -107,7 +82,7 @@ TEST(OpticsRegisters, DriverHasTheBitsOfTheTable) {
 }
 
 TEST(OpticsRegisters, ModelLiesAtTheAddressesOfTheTable) {
-    const std::map<std::string, std::uint32_t> at = read_table().address;
+    const std::map<std::string, std::uint32_t> at = read_table("optics").address;
     EXPECT_EQ(model::ClockGates::kBase + model::ClockGates::kAhb1, at.at("RCC_AHB1ENR"));
     EXPECT_EQ(model::ClockGates::kBase + model::ClockGates::kAhb2, at.at("RCC_AHB2ENR"));
     EXPECT_EQ(model::ClockGates::kBase + model::ClockGates::kAhb4, at.at("RCC_AHB4ENR"));
