@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "boards/stm32h743/optics/gate_wave.hpp"
 
+#include <initializer_list>
+
 #include "boards/stm32h743/registers/advanced_timer.hpp"
 #include "boards/stm32h743/registers/dma_stream.hpp"
 #include "boards/stm32h743/registers/optics_port.hpp"

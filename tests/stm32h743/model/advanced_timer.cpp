@@ -255,6 +255,10 @@ void AdvancedTimer::update() {
             machine_.violation("TIM1: an update before the burst of the last one has ended");
         }
         burst_at_ = base_ + kBurstCounts;
+        if (counts() && shadow_.reload < kBurstCounts) {
+            machine_.violation("TIM1: a period shorter than a burst; it is stopped");
+            words_[0] &= ~1U;
+        }
     }
 }
 

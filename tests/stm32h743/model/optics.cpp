@@ -26,7 +26,8 @@ bool reached(std::uint32_t at) {
 }  // namespace
 
 void ClockGates::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (bytes != 4 || (offset != kAhb1 && offset != kAhb2 && offset != kAhb4 && offset != kApb1l && offset != kApb2)) {
+    if (bytes != 4 || (offset != kAhb1 && offset != kAhb2 && offset != kAhb4 && offset != kApb1l && offset != kApb2 &&
+                       offset != kApb4)) {
         machine_.violation("RCC: a register that the waveforms do not need is written");
     }
     words_[offset] = value;
@@ -68,6 +69,16 @@ std::uint32_t EdgePort::read(std::uint32_t offset) {
         case 0x0C: return pull_;
         case 0x20: return function_[0];
         case 0x24: return function_[1];
+        case 0x10: {
+            std::uint32_t inputs = 0;
+            for (unsigned pin = 0; pin < 16; ++pin) {
+                inputs |= ((mode_ >> (2 * pin)) & 3U) == 0 ? input_ & (1U << pin) : 0;
+            }
+            if (after_read) {
+                after_read();
+            }
+            return inputs;
+        }
         case 0x14: return level_;
         default: return 0;
     }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@ public:
     static constexpr std::uint32_t kAhb4 = 0xE0;
     static constexpr std::uint32_t kApb1l = 0xE8;
     static constexpr std::uint32_t kApb2 = 0xF0;
+    static constexpr std::uint32_t kApb4 = 0xF4;
     explicit ClockGates(Machine& machine) : machine_(machine) {}
     [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_[offset]; }
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
@@ -48,6 +50,10 @@ public:
     [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
     std::vector<Edge> edges;
+    /// What drives a pin that is an input; undriven it follows its pull-down.
+    void set_input(unsigned pin, bool high) { input_ = (input_ & ~(1U << pin)) | (high ? 1U << pin : 0U); }
+    /// Called behind each reading of the inputs.
+    std::function<void()> after_read;
     /// Its alternate function; none: it is another's.
     [[nodiscard]] int function(unsigned pin) const;
     [[nodiscard]] bool pulled_down(unsigned pin) const { return ((pull_ >> (2 * pin)) & 3U) == 2; }
@@ -60,6 +66,7 @@ private:
     std::uint32_t type_ = 0;
     std::uint32_t speed_ = 0;
     std::uint32_t pull_ = 0;
+    std::uint32_t input_ = 0;
     std::array<std::uint32_t, 2> function_{};
     std::uint32_t level_ = 0;
 };
