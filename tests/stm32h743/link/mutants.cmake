@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+# Ablation of the ports: one rule is taken out of a copy of the driver, and its tests must fail.
+foreach(part fdcan)
+  add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
+  target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_link
+    stm32h743_link_model GTest::gtest)
+endforeach()
+
+# part: of whose driver and tests; name: of the mutant; from, to: texts.
+function(sc_link_mutant part name from to)
+  set(source "${PROJECT_SOURCE_DIR}/boards/stm32h743/link/${part}.cpp")
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${source}")
+  file(READ "${source}" text)
+  string(REPLACE "${from}" "${to}" mutant "${text}")
+  if(mutant STREQUAL text)
+    message(FATAL_ERROR "${part} mutant ${name}: there is no '${from}' to take out")
+  endif()
+  set(out "${PROJECT_BINARY_DIR}/${part}_mutants/${name}.cpp")
+  file(CONFIGURE OUTPUT "${out}" CONTENT "${mutant}" @ONLY)
+  # Objects of the program itself come before those of the library.
+  add_executable(${part}_mutant_${name} $<TARGET_OBJECTS:stm32h743_${part}_tests> "${out}")
+  target_link_libraries(${part}_mutant_${name} PRIVATE sc_warnings sc_sanitizers boards_stm32h743_link
+    stm32h743_link_model GTest::gtest GTest::gtest_main)
+  set_target_properties(${part}_mutant_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
+  add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1)
+  set_tests_properties(unit.${part}_mutant_${name} PROPERTIES LABELS unit WILL_FAIL TRUE TIMEOUT 60)
+endfunction()
+
+sc_link_mutant(fdcan init_not_awaited "!wait_for(at(kCccr), kInit, true, kReads)" "kReads == 0")
+sc_link_mutant(fdcan not_opened "set_bits(at(kCccr), kChangeEnable);\n    if" "if")
+sc_link_mutant(fdcan left_in_init "clear_bits(at(kCccr), kInit);\n    if (!wait_for(at(kCccr), kInit, false, kReads))"
+  "if (kReads == 0)")
+sc_link_mutant(fdcan no_clock "set_bits(kApb1henr, kClock);" "")
+sc_link_mutant(fdcan asked_before_written "write32(element, frame.extended"
+  "write32(at(kTxbar), 1U << index);\n    write32(element, frame.extended")
+sc_link_mutant(fdcan acknowledged_before_read "const std::uint32_t first = read32(element);"
+  "write32(at(kRxf0a), index);\n    const std::uint32_t first = read32(element);")
+sc_link_mutant(fdcan never_acknowledged "write32(at(kRxf0a), index);" "")
+sc_link_mutant(fdcan no_delay_compensation "kDelayCompensation | (fast" "(fast")
+sc_link_mutant(fdcan no_second_sample "(fast.prescaler * (1 + fast.before)) << 8U" "0")
+sc_link_mutant(fdcan stamps_by_two_rates "settings_.fd ? 0U : kStampByBits" "kStampByBits")
+sc_link_mutant(fdcan parts_overlap "kTxFifoSizeAt | settings_.tx_ram()" "kTxFifoSizeAt | settings_.ram")
+sc_link_mutant(fdcan short_elements "write32(at(kRxesc), settings_.fd ? kData64 : 0U);" "write32(at(kRxesc), 0);")
+sc_link_mutant(fdcan first_element_always "(status & kPutIndex) >> kPutIndexAt" "(status & kPutIndex) >> 31U")
+sc_link_mutant(fdcan full_unseen "(status & kTxFull) != 0" "status == 0")
+sc_link_mutant(fdcan lost_unseen "(flags & kLostInFifo0) != 0" "flags == kAllInterrupts")
+sc_link_mutant(fdcan lost_told_twice "write32(at(kIr), lost);" "")
+sc_link_mutant(fdcan interrupt_stands "write32(at(kIr), flags);" "")
+sc_link_mutant(fdcan back_at_once "now_ns - off_since_ns_ >= kBusOffNs" "now_ns >= off_since_ns_")
+sc_link_mutant(fdcan never_back "stopped && now_ns - off_since_ns_ >= kBusOffNs" "stopped && now_ns < off_since_ns_")
+sc_link_mutant(fdcan stale_frames_leave "set_bits(at(kCccr), kChangeEnable);\n    clear_bits" "clear_bits")
+sc_link_mutant(fdcan active_too_soon "recovering_ = recovering_ && (status & kBusOff) != 0;" "recovering_ = false;")
+sc_link_mutant(fdcan narrow_identifiers "frame.id << kStandardAt" "frame.id")

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+
+#include "tests/stm32h743/model/machine.hpp"
+
+namespace sc::model {
+
+/// Registers without a behaviour of their own, as those of clock gates.
+class RegisterWords : public Peripheral {
+public:
+    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_[offset]; }
+    void write(std::uint32_t offset, std::uint32_t value, unsigned /*bytes*/) override { words_[offset] = value; }
+    [[nodiscard]] bool has(std::uint32_t offset, std::uint32_t bits) const {
+        const auto word = words_.find(offset);
+        return word != words_.end() && (word->second & bits) == bits;
+    }
+
+private:
+    std::map<std::uint32_t, std::uint32_t> words_;
+};
+
+/// Reset and clock control.
+namespace rcc {
+inline constexpr std::uint32_t kBase = 0x58024400;
+inline constexpr std::uint32_t kSize = 0x200;
+inline constexpr std::uint32_t kApb1h = 0xEC;
+inline constexpr std::uint32_t kFdcan = 1U << 8U;
+}  // namespace rcc
+
+}  // namespace sc::model
