@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the ports: one rule is taken out of a copy of the driver, and its tests must fail.
-foreach(part fdcan)
+foreach(part fdcan host_uart)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_link
     stm32h743_link_model GTest::gtest)
@@ -51,3 +51,25 @@ sc_link_mutant(fdcan never_back "stopped && now_ns - off_since_ns_ >= kBusOffNs"
 sc_link_mutant(fdcan stale_frames_leave "set_bits(at(kCccr), kChangeEnable);\n    clear_bits" "clear_bits")
 sc_link_mutant(fdcan active_too_soon "recovering_ = recovering_ && (status & kBusOff) != 0;" "recovering_ = false;")
 sc_link_mutant(fdcan narrow_identifiers "frame.id << kStandardAt" "frame.id")
+
+sc_link_mutant(host_uart no_dma_clock "set_bits(usart::kAhb1enr, usart::kDma1Clock);" "")
+sc_link_mutant(host_uart stop_not_awaited "!wait_for(kInDma + dma::kCr, dma::kEnable, false, kReads)" "kReads == 0")
+sc_link_mutant(host_uart flags_of_before "write32(dma::kLifcr, dma::kAllFlags << kOutFlagsAt);" "")
+sc_link_mutant(host_uart may_lock "dma::kCircular | usart::kBufferable" "dma::kCircular")
+sc_link_mutant(host_uart not_circular "dma::kMemoryIncrement | dma::kCircular | " "dma::kMemoryIncrement | ")
+sc_link_mutant(host_uart enabled_first "write32(kInDma + dma::kPar, kUart + usart::kRdr);"
+  "write32(kInDma + dma::kCr, kInSettings | dma::kEnable);\n    write32(kInDma + dma::kPar, kUart + usart::kRdr);")
+sc_link_mutant(host_uart on_before_rate "write32(kUart + usart::kBrr,"
+  "write32(kUart + usart::kCr1, usart::kEnable);\n    write32(kUart + usart::kBrr,")
+sc_link_mutant(host_uart not_turned_off "write32(kUart + usart::kCr1, 0);" "")
+sc_link_mutant(host_uart running_buffer "(read32(kOutDma + dma::kCr) & dma::kEnable) != 0" "kReads == 0")
+sc_link_mutant(host_uart same_buffer "filling_ = 1 - filling_;" "")
+sc_link_mutant(host_uart lap_unseen "if (place >= read_) {" "if (place > kIn) {")
+sc_link_mutant(host_uart lap_flag_stands "write32(dma::kLifcr, dma::kComplete << kInFlagsAt);" "")
+sc_link_mutant(host_uart place_read_once "if (again >= place) {" "if (again < kIn) {")
+sc_link_mutant(host_uart wrap_forgotten "read_ = (read_ + 1) % kIn;" "read_ = read_ + 1 < kIn ? read_ + 1 : place;")
+sc_link_mutant(host_uart errors_stand "write32(kUart + usart::kIcr, flags);" "")
+sc_link_mutant(host_uart fault_ends_it "read_ = 0;\n            begin_receiving();" "")
+sc_link_mutant(host_uart idle_stands "write32(kUart + usart::kIcr, usart::kIdle);\n    return idle;" "return idle;")
+sc_link_mutant(host_uart start_unproved "!wait_for(kUart + usart::kIsr, usart::kTransmitReady | usart::kReceiveReady, true, kReads)"
+  "kReads == 0")

@@ -25,8 +25,15 @@ private:
 namespace rcc {
 inline constexpr std::uint32_t kBase = 0x58024400;
 inline constexpr std::uint32_t kSize = 0x200;
+inline constexpr std::uint32_t kAhb1 = 0xD8;
+inline constexpr std::uint32_t kDma1 = 1U << 0U;
+inline constexpr std::uint32_t kApb1l = 0xE8;
+inline constexpr std::uint32_t kUsart2 = 1U << 17U;
+inline constexpr std::uint32_t kUsart3 = 1U << 18U;
 inline constexpr std::uint32_t kApb1h = 0xEC;
 inline constexpr std::uint32_t kFdcan = 1U << 8U;
+inline constexpr std::uint32_t kApb2 = 0xF0;
+inline constexpr std::uint32_t kUsart6 = 1U << 5U;
 }  // namespace rcc
 
 }  // namespace sc::model
