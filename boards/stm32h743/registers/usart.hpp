@@ -37,15 +37,13 @@ inline constexpr std::uint32_t kIdleInterrupt = 1U << 4U;
 inline constexpr std::uint32_t kReceiveInterrupt = 1U << 5U;
 inline constexpr std::uint32_t kCompleteInterrupt = 1U << 6U;
 inline constexpr std::uint32_t kEmptyInterrupt = 1U << 7U;
-inline constexpr std::uint32_t kOddParity = 1U << 9U;
-inline constexpr std::uint32_t kParity = 1U << 10U;
+inline constexpr std::uint32_t kParity = 1U << 10U;    ///< even
 inline constexpr std::uint32_t kNineBits = 1U << 12U;  ///< with the parity bit
 inline constexpr std::uint32_t kReleaseAt = 16;        ///< sixteenths of a bit from the stop bit to the driver's end
 inline constexpr std::uint32_t kAssertAt = 21;         ///< sixteenths of a bit from the driver's start to the start bit
 inline constexpr std::uint32_t kTimeoutInterrupt = 1U << 26U;
 
-inline constexpr std::uint32_t kTwoStops = 2U << 12U;  ///< CR2
-inline constexpr std::uint32_t kTimeoutEnable = 1U << 23U;
+inline constexpr std::uint32_t kTimeoutEnable = 1U << 23U;  ///< CR2
 
 inline constexpr std::uint32_t kDmaReceive = 1U << 6U;  ///< CR3
 inline constexpr std::uint32_t kDmaTransmit = 1U << 7U;
@@ -60,6 +58,7 @@ inline constexpr std::uint32_t kReceived = 1U << 5U;
 inline constexpr std::uint32_t kComplete = 1U << 6U;
 inline constexpr std::uint32_t kEmpty = 1U << 7U;
 inline constexpr std::uint32_t kTimeout = 1U << 11U;
+inline constexpr std::uint32_t kBusy = 1U << 16U;  ///< a byte is coming
 inline constexpr std::uint32_t kTransmitReady = 1U << 21U;
 inline constexpr std::uint32_t kReceiveReady = 1U << 22U;
 

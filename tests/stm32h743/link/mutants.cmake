@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the ports: one rule is taken out of a copy of the driver, and its tests must fail.
-foreach(part fdcan host_uart)
+foreach(part fdcan host_uart sensor_port)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_link
-    stm32h743_link_model GTest::gtest)
+    stm32h743_link_model firmware_sensors GTest::gtest)
 endforeach()
 
 # part: of whose driver and tests; name: of the mutant; from, to: texts.
@@ -20,7 +20,9 @@ function(sc_link_mutant part name from to)
   # Objects of the program itself come before those of the library.
   add_executable(${part}_mutant_${name} $<TARGET_OBJECTS:stm32h743_${part}_tests> "${out}")
   target_link_libraries(${part}_mutant_${name} PRIVATE sc_warnings sc_sanitizers boards_stm32h743_link
-    stm32h743_link_model GTest::gtest GTest::gtest_main)
+    stm32h743_link_model firmware_sensors GTest::gtest GTest::gtest_main)
+  # What a rule was for may be unused without it.
+  set_source_files_properties("${out}" PROPERTIES COMPILE_OPTIONS -Wno-unused)
   set_target_properties(${part}_mutant_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
   add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1)
   set_tests_properties(unit.${part}_mutant_${name} PROPERTIES LABELS unit WILL_FAIL TRUE TIMEOUT 60)
@@ -73,3 +75,25 @@ sc_link_mutant(host_uart fault_ends_it "read_ = 0;\n            begin_receiving(
 sc_link_mutant(host_uart idle_stands "write32(kUart + usart::kIcr, usart::kIdle);\n    return idle;" "return idle;")
 sc_link_mutant(host_uart start_unproved "!wait_for(kUart + usart::kIsr, usart::kTransmitReady | usart::kReceiveReady, true, kReads)"
   "kReads == 0")
+
+sc_link_mutant(sensor_port driver_stays_off "write32(at(usart::kCr3), usart::kDriverEnable);" "")
+sc_link_mutant(sensor_port echo_heard "clear_bits(at(usart::kCr1), usart::kReceive);" "")
+sc_link_mutant(sensor_port deaf_after_sending "(control & ~usart::kCompleteInterrupt) | usart::kReceive)"
+  "(control & ~usart::kCompleteInterrupt))")
+sc_link_mutant(sensor_port hears_its_last_byte "(control & ~usart::kEmptyInterrupt) | usart::kCompleteInterrupt)"
+  "(control & ~usart::kEmptyInterrupt) | usart::kCompleteInterrupt | usart::kReceive)")
+sc_link_mutant(sensor_port empty_stands "(control & ~usart::kEmptyInterrupt) | usart::kCompleteInterrupt"
+  "control | usart::kCompleteInterrupt")
+sc_link_mutant(sensor_port overwrites "if ((flags & usart::kEmpty) != 0) {" "if (flags != 0) {\n            write32(at(usart::kTdr), 0);")
+sc_link_mutant(sensor_port settings_while_on "clear_bits(at(usart::kCr1), usart::kEnable);" "")
+sc_link_mutant(sensor_port parity_of_eight "usart::kParity | usart::kNineBits" "usart::kParity")
+sc_link_mutant(sensor_port no_timeout "write32(at(usart::kCr2), usart::kTimeoutEnable);" "write32(at(usart::kCr2), 0);")
+sc_link_mutant(sensor_port timeout_stands "write32(at(usart::kIcr), usart::kTimeout);" "")
+sc_link_mutant(sensor_port silence_too_short "(even ? 77U : 70U) / 2" "(even ? 77U : 70U) / 4")
+sc_link_mutant(sensor_port errors_stand "write32(at(usart::kIcr), flags & kErrors);" "")
+sc_link_mutant(sensor_port gap_forgotten "(gap_ ? kGapFlag : 0U)" "0U")
+sc_link_mutant(sensor_port too_soon "now_ns < due_ns_ - lead_ns_" "now_ns < due_ns_ - 1'000'000")
+sc_link_mutant(sensor_port lead_forgotten "kAssert << usart::kAssertAt" "0U << usart::kAssertAt")
+sc_link_mutant(sensor_port request_overwritten "state_ != State::hearing || " "")
+sc_link_mutant(sensor_port future_bytes "queue_[first_].end_ns <= tick_ns" "kReads != 0")
+sc_link_mutant(sensor_port collision_unseen "++counters_.cut;" "")

@@ -6,5 +6,6 @@ target_link_libraries(stm32h743_link_model PRIVATE sc_warnings sc_sanitizers PUB
 sc_test(stm32h743_link LABEL unit SOURCES ${CMAKE_CURRENT_LIST_DIR}/fdcan_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/fdcan_registers_test.cpp ${CMAKE_CURRENT_LIST_DIR}/host_uart_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/usart_registers_test.cpp
-  DEPS boards_stm32h743_link stm32h743_link_model)
+  ${CMAKE_CURRENT_LIST_DIR}/sensor_port_test.cpp
+  DEPS boards_stm32h743_link stm32h743_link_model firmware_sensors)
 include("${CMAKE_CURRENT_LIST_DIR}/mutants.cmake")

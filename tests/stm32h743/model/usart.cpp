@@ -11,7 +11,7 @@ using namespace usart_at;
 constexpr std::uint32_t kUe = 1, kRe = 1U << 2U, kTe = 1U << 3U, kPce = 1U << 10U, kM0 = 1U << 12U;
 constexpr std::uint32_t kRtoen = 1U << 23U, kDmar = 1U << 6U, kDmat = 1U << 7U, kDem = 1U << 14U;
 constexpr std::uint32_t kOre = 1U << 3U, kIdle = 1U << 4U, kRxne = 1U << 5U, kTc = 1U << 6U, kTxe = 1U << 7U;
-constexpr std::uint32_t kRtof = 1U << 11U, kTeack = 1U << 21U, kReack = 1U << 22U;
+constexpr std::uint32_t kRtof = 1U << 11U, kBusy = 1U << 16U, kTeack = 1U << 21U, kReack = 1U << 22U;
 /// Of CR1, what may be written only while it is off: M, OVER8, parity, both driver times, FIFO.
 constexpr std::uint32_t kFrozen1 = 0x3BFFD600U & ~0x00004000U;
 constexpr std::uint32_t kFrozen2 = 3U << 12U;  // stop bits
@@ -48,7 +48,14 @@ std::int64_t UsartModel::sixteenths(std::uint32_t first) const {
 }
 
 void UsartModel::arrives(std::uint8_t byte, std::int64_t begin_ns, std::uint32_t wrong) {
-    coming_.push_back({byte, wrong, begin_ns, begin_ns + character_ns(), true, false, false});
+    comes({byte, wrong, begin_ns, begin_ns + character_ns(), true, false, false});
+}
+
+/// In the order in which they begin; what is under way stays first.
+void UsartModel::comes(const Coming& coming) {
+    const auto later = std::ranges::find_if(
+        coming_, [&](const Coming& other) { return !other.begun && other.begin_ns > coming.begin_ns; });
+    coming_.insert(later, coming);
 }
 
 void UsartModel::arrive_from(std::int64_t begin_ns, const std::vector<std::uint8_t>& bytes) {
@@ -64,7 +71,8 @@ std::uint32_t UsartModel::read(std::uint32_t offset) {
     }
     switch (offset) {
         case isr:
-            return flags_ | (kernel_hz_ != 0 && on(kTe) ? kTeack : 0U) | (kernel_hz_ != 0 && on(kRe) ? kReack : 0U);
+            return flags_ | (!coming_.empty() && coming_.front().begun && coming_.front().heard ? kBusy : 0U) |
+                   (kernel_hz_ != 0 && on(kTe) ? kTeack : 0U) | (kernel_hz_ != 0 && on(kRe) ? kReack : 0U);
         case rdr: flags_ &= ~kRxne; return words_.at(rdr / 4);
         default: return words_.at(offset / 4);
     }
@@ -142,7 +150,7 @@ void UsartModel::load() {
     holding_ = false;
     flags_ |= kTxe;
     if (echo_) {
-        coming_.push_back({held_, 0, shift_.begin_ns, shift_.end_ns, true, false, true});
+        comes({held_, 0, shift_.begin_ns, shift_.end_ns, true, false, true});
     }
 }
 

@@ -90,6 +90,7 @@ private:
         bool begun = false;
         bool own = false;  ///< what it sends itself
     };
+    void comes(const Coming& coming);
     void note(const std::string& what);
     [[nodiscard]] bool on(std::uint32_t bits) const { return (words_.at(0) & (bits | 1U)) == (bits | 1U); }
     [[nodiscard]] std::int64_t sixteenths(std::uint32_t first) const;
