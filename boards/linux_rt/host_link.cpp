@@ -81,55 +81,18 @@ void ByteLink::send(std::span<const std::uint8_t> bytes) {
 }
 
 CanLink::CanLink(socketcan::CanSocket socket, bool fd, std::string name)
-    : socket_(std::move(socket)), fd_(fd), name_(std::move(name)), port_(link::kCanIdToHost, fd) {}
+    : socket_(std::move(socket)), name_(std::move(name)), carrier_(socket_, fd) {}
 
 std::size_t CanLink::receive(std::span<std::uint8_t, kLinkBytesPerTick> out) {
-    std::size_t size = 0;
-    socketcan::CanFrame heard;
-    while (true) {
-        if (message_size_ > out.size() - size) {
-            break;
-        }
-        std::copy_n(message_.begin(), message_size_, out.begin() + static_cast<std::ptrdiff_t>(size));
-        size += message_size_;
-        message_size_ = 0;
-        if (!socket_.receive(heard)) {
-            break;
-        }
-        if (heard.id != link::kCanIdToController || heard.extended || heard.remote) {
-            continue;
-        }
-        const link::LinkCanFrame frame{.id = heard.id, .size = heard.size, .data = heard.data, .fd = heard.fd};
-        message_size_ = port_.take(frame, message_);
-    }
+    const std::size_t size = carrier_.receive(out);
     counters_.bytes_in += size;
     return size;
 }
 
-void CanLink::flush() noexcept {
-    while (has_waiting_ || port_.next(waiting_)) {
-        has_waiting_ = true;
-        socketcan::CanFrame frame;
-        frame.id = waiting_.id;
-        frame.fd = fd_;
-        frame.fast = fd_;
-        frame.size = waiting_.size;
-        frame.data = waiting_.data;
-        const socketcan::CanSent sent = socket_.send(frame);
-        if (sent == socketcan::CanSent::full) {
-            return;
-        }
-        // On a bus that is down nothing waits: what was said would be old when it is back.
-        has_waiting_ = false;
-    }
-}
-
 void CanLink::send(std::span<const std::uint8_t> bytes) {
-    flush();
-    const std::size_t n = port_.push(bytes);
-    counters_.bytes_out += n;
-    counters_.lost += bytes.size() - n;
-    flush();
+    const std::size_t taken = carrier_.send(bytes);
+    counters_.bytes_out += taken;
+    counters_.lost += bytes.size() - taken;
 }
 
 std::optional<int> inherited_file(std::string_view text) {

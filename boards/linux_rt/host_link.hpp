@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,7 +12,7 @@
 #include "boards/port/port.hpp"
 #include "boards/socketcan/can_socket.hpp"
 #include "firmware/hal/io.hpp"
-#include "shared/link/can_port.hpp"
+#include "shared/link/can_carrier.hpp"
 
 namespace sc::linux_rt {
 
@@ -56,8 +55,7 @@ private:
     std::unique_ptr<port::Port> port_;
 };
 
-/// Messages as frames on a CAN bus. A frame that the interface has no room for waits; messages behind it too, until
-/// their room is full as well.
+/// Messages as frames on a CAN bus (shared/link/can_carrier.hpp).
 class CanLink final : public HostLink {
 public:
     CanLink(socketcan::CanSocket socket, bool fd, std::string name);
@@ -67,16 +65,9 @@ public:
     [[nodiscard]] const socketcan::CanSocket* can() const noexcept override { return &socket_; }
 
 private:
-    void flush() noexcept;
-
     socketcan::CanSocket socket_;
-    bool fd_;
     std::string name_;
-    link::CanPort<8 * kLinkBytesPerTick> port_;
-    link::LinkCanFrame waiting_;
-    bool has_waiting_ = false;
-    std::array<std::uint8_t, link::kSerialCapacity> message_{};
-    std::size_t message_size_ = 0;  ///< of a message that did not fit into the last tick
+    link::CanCarrier<socketcan::CanSocket, 8 * kLinkBytesPerTick> carrier_;
 };
 
 /// The open socket that `fd:N` names, as a program that starts this one hands it over; nullopt for another text.

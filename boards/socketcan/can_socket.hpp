@@ -72,6 +72,8 @@ struct CanCounters {
 /// A raw CAN socket. No call but the constructors blocks or allocates; one system call each. One thread at a time.
 class CanSocket {
 public:
+    using Frame = CanFrame;
+
     /// Opens the interface. Throws std::system_error; its text says what is missing (no CAN in the kernel, no such
     /// interface, FD on an interface of classic frames).
     explicit CanSocket(const std::string& interface, const CanOptions& options = {});

@@ -47,6 +47,7 @@ static_assert(kHostCan.end() == kDriveCan.ram && kDriveCan.end() <= fdcan::kMess
 /// kernel clock (80 MHz) selected and the pins set before start.
 class Fdcan {
 public:
+    using Frame = CanFrame;
     enum class Start : std::uint8_t {
         ok,
         absent,       ///< the register of known content reads otherwise

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "boards/stm32h743/registers/fdcan.hpp"
-#include "tests/stm32h743/link/register_table.hpp"
 #include "tests/stm32h743/model/fdcan.hpp"
+#include "tests/stm32h743/register_table.hpp"
 
 namespace sc::stm32h743 {
 namespace {

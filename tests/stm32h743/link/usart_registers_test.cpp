@@ -6,8 +6,8 @@
 
 #include "boards/stm32h743/registers/dma_stream.hpp"
 #include "boards/stm32h743/registers/usart.hpp"
-#include "tests/stm32h743/link/register_table.hpp"
 #include "tests/stm32h743/model/usart.hpp"
+#include "tests/stm32h743/register_table.hpp"
 
 namespace sc::stm32h743 {
 namespace {

@@ -26,20 +26,15 @@ bool reached(std::uint32_t at) {
 }  // namespace
 
 void ClockGates::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (bytes != 4 || (offset != kAhb1 && offset != kAhb2 && offset != kAhb4 && offset != kApb1l && offset != kApb2 &&
-                       offset != kApb4)) {
-        machine_.violation("RCC: a register that the waveforms do not need is written");
+    if (bytes != 4 || (offset != kAhb1 && offset != kAhb2 && offset != kAhb4 && offset != kApb1l &&
+                       offset != rcc::kApb1h && offset != kApb2 && offset != kApb4)) {
+        machine_.violation("RCC: a register that the drivers do not need is written");
     }
-    words_[offset] = value;
-}
-
-bool ClockGates::on(std::uint32_t offset, unsigned bit) const {
-    const auto word = words_.find(offset);
-    return word != words_.end() && ((word->second >> bit) & 1U) != 0;
+    RegisterWords::write(offset, value, bytes);
 }
 
 bool ClockGates::check(std::uint32_t offset, unsigned bit, const char* who) const {
-    if (!on(offset, bit)) {
+    if (!has(offset, 1U << bit)) {
         machine_.violation(std::string(who) + ": its clock is off");
         return false;
     }

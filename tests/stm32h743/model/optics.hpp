@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tests/stm32h743/model/machine.hpp"
+#include "tests/stm32h743/model/register_words.hpp"
 
 /// What plays waveforms: clock enables, a timer that asks for DMA, eight DMA streams behind the request multiplexer,
 /// and a port whose edges are recorded. Numbers: tests/data/stm32h743/optics.csv.
@@ -16,25 +17,22 @@
 namespace sc::model {
 
 /// Registers of RCC that let clocks through.
-class ClockGates : public Peripheral {
+class ClockGates : public RegisterWords {
 public:
-    static constexpr std::uint32_t kBase = 0x58024400;
-    static constexpr std::uint32_t kAhb1 = 0xD8;
+    static constexpr std::uint32_t kBase = rcc::kBase;
+    static constexpr std::uint32_t kAhb1 = rcc::kAhb1;
     static constexpr std::uint32_t kAhb2 = 0xDC;
     static constexpr std::uint32_t kAhb4 = 0xE0;
-    static constexpr std::uint32_t kApb1l = 0xE8;
-    static constexpr std::uint32_t kApb2 = 0xF0;
+    static constexpr std::uint32_t kApb1l = rcc::kApb1l;
+    static constexpr std::uint32_t kApb2 = rcc::kApb2;
     static constexpr std::uint32_t kApb4 = 0xF4;
     explicit ClockGates(Machine& machine) : machine_(machine) {}
-    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_[offset]; }
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-    [[nodiscard]] bool on(std::uint32_t offset, unsigned bit) const;
     /// Notes a violation when the clock of `who` is off.
     bool check(std::uint32_t offset, unsigned bit, const char* who) const;
 
 private:
     Machine& machine_;
-    std::map<std::uint32_t, std::uint32_t> words_;
 };
 
 /// Port E. Edges of pins that are outputs, in order.

@@ -6,7 +6,7 @@
 
 #include "boards/stm32h743/registers/external_lines.hpp"
 #include "tests/stm32h743/model/external_lines.hpp"
-#include "tests/stm32h743/optics/register_table.hpp"
+#include "tests/stm32h743/register_table.hpp"
 
 namespace sc::stm32h743 {
 namespace {

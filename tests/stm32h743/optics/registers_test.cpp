@@ -8,7 +8,7 @@
 #include "boards/stm32h743/registers/dma_stream.hpp"
 #include "boards/stm32h743/registers/optics_port.hpp"
 #include "tests/stm32h743/model/optics.hpp"
-#include "tests/stm32h743/optics/register_table.hpp"
+#include "tests/stm32h743/register_table.hpp"
 
 namespace sc::stm32h743 {
 namespace {
