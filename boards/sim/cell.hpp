@@ -14,6 +14,7 @@
 #include "boards/sim/cell_traces.hpp"
 #include "boards/sim/controller_host.hpp"
 #include "boards/sim/link_line.hpp"
+#include "boards/sim/lock_step.hpp"
 #include "boards/sim/parameter_file.hpp"
 #include "boards/sim/plant/cell_plant.hpp"
 #include "boards/sim/world/world.hpp"
@@ -44,22 +45,19 @@ struct CellOptions {
 
 /// The whole cell in virtual time: controller, plant, world, link wire, script of faults, traces. One thread, no clock
 /// but its own: the same calls give the same bytes. A dark tick costs some microseconds.
-class SimCell {
+class SimCell final : public LockStepCell {
 public:
     /// Throws WorldError, std::invalid_argument (machine, record_limit_bytes), std::system_error (directory, record).
     explicit SimCell(const CellOptions& options);
 
     /// Bytes for the controller, at now(); they go in no faster than the wire allows.
-    void push_link(std::span<const std::uint8_t> bytes);
-    /// Appends the bytes that have come out of the wire since the last call; returns how many.
-    std::size_t take_link(std::vector<std::uint8_t>& out);
-    /// Lives one control period.
-    void tick();
+    void push_link(std::span<const std::uint8_t> bytes) override;
+    std::size_t take_link(std::vector<std::uint8_t>& out) override;
+    void tick() override;
     /// Lives on without a host until the state is fault, idle, disabled or boot, or for 30 s of its time.
     void run_out();
 
-    /// Start of the next tick.
-    [[nodiscard]] std::int64_t now_ns() const noexcept { return tick_ * options_.machine.control_period_ns; }
+    [[nodiscard]] std::int64_t now_ns() const noexcept override { return tick_ * options_.machine.control_period_ns; }
     [[nodiscard]] State state() const noexcept { return static_cast<State>(latest().state); }
     [[nodiscard]] std::uint64_t faults() const noexcept { return latest().faults; }
     /// Outputs of the last tick.

@@ -6,11 +6,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <span>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
-#include <vector>
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -69,7 +67,7 @@ void kill_peer(int socket) {
     }
 }
 
-void run(SimCell& cell, std::int64_t until_ns, std::vector<std::uint8_t>& answer) {
+void run(LockStepCell& cell, std::int64_t until_ns, std::vector<std::uint8_t>& answer) {
     answer.assign(kHeader, 0);
     while (cell.now_ns() < until_ns && cell.take_link(answer) == 0) {
         cell.tick();
@@ -80,7 +78,7 @@ void run(SimCell& cell, std::int64_t until_ns, std::vector<std::uint8_t>& answer
 }
 
 /// Serves one host until its socket closes. False once the cell has lost its power.
-bool serve(SimCell& cell, int socket, const LockStepTroubles& troubles, bool& killed, const volatile bool* stop) {
+bool serve(LockStepCell& cell, int socket, const LockStepTroubles& troubles, bool& killed, const volatile bool* stop) {
     std::vector<std::uint8_t> received;
     std::vector<std::uint8_t> answer;
     std::array<std::uint8_t, kHeader> header{};
@@ -110,7 +108,7 @@ bool serve(SimCell& cell, int socket, const LockStepTroubles& troubles, bool& ki
     return true;
 }
 
-void live_alone(SimCell& cell, std::int64_t gap_ns) {
+void live_alone(LockStepCell& cell, std::int64_t gap_ns) {
     const std::int64_t end = cell.now_ns() + gap_ns;
     while (cell.now_ns() < end) {
         cell.tick();
@@ -167,12 +165,12 @@ private:
 
 }  // namespace
 
-void serve_lock_step(SimCell& cell, int socket, const volatile bool* stop) {
+void serve_lock_step(LockStepCell& cell, int socket, const volatile bool* stop) {
     bool killed = true;
     (void)serve(cell, socket, {}, killed, stop);
 }
 
-bool serve_lock_step(SimCell& cell, const std::filesystem::path& path, const LockStepTroubles& troubles,
+bool serve_lock_step(LockStepCell& cell, const std::filesystem::path& path, const LockStepTroubles& troubles,
                      const volatile bool* stop) {
     const Listener listener(path);
     std::fprintf(stderr, "%s\n", path.c_str());  // not stdout: a host that started this cell may have its own say there

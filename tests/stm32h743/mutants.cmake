@@ -2,11 +2,17 @@
 # Ablation of drivers: one rule is taken out of a copy of a driver, and its tests must fail.
 
 # folder: below boards/stm32h743 and tests/stm32h743; library, model: targets of driver and model; further arguments:
-# drivers, each PART.cpp with its PART_test.cpp.
+# drivers, each PART.cpp with its PART_test.cpp beside this list, or with the file TESTS.
 function(sc_h743_mutants folder library model)
+  cmake_parse_arguments(PARSE_ARGV 3 arg "" "TESTS" "")
   set_property(GLOBAL PROPERTY sc_h743_${folder} "${library};${model};firmware_sensors;GTest::gtest")
-  foreach(part IN LISTS ARGN)
-    add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
+  foreach(part IN LISTS arg_UNPARSED_ARGUMENTS)
+    set(tests "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
+    if(arg_TESTS)
+      set(tests "${arg_TESTS}")
+    endif()
+    add_library(stm32h743_${part}_tests OBJECT "${tests}")
+    target_compile_definitions(stm32h743_${part}_tests PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
     get_property(libraries GLOBAL PROPERTY sc_h743_${folder})
     target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers ${libraries})
   endforeach()
@@ -30,6 +36,6 @@ function(sc_h743_mutant folder part name from to)
   # What a rule was for may be unused without it.
   set_source_files_properties("${out}" PROPERTIES COMPILE_OPTIONS -Wno-unused)
   set_target_properties(${part}_mutant_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
-  add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1)
+  add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1 --gtest_fail_fast)
   set_tests_properties(unit.${part}_mutant_${name} PROPERTIES LABELS unit WILL_FAIL TRUE TIMEOUT 60)
 endfunction()

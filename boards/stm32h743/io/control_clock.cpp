@@ -35,4 +35,13 @@ std::int64_t ControlClock::now_ns(std::int64_t tick) const noexcept {
     return tick * kNsPerMs + std::int64_t{since} * 25 / 6;
 }
 
+std::uint32_t ControlClock::count_at(std::int64_t ns) const noexcept {
+    const std::int64_t ms = ns / kNsPerMs;
+    return static_cast<std::uint32_t>((ms - origin_ms_) * kCountsPerMs + (ns - ms * kNsPerMs) * 6 / 25);
+}
+
+std::int64_t ControlClock::since_ns(std::int64_t ns) const noexcept {
+    return std::int64_t{static_cast<std::int32_t>(read32(tim5::kCnt) - count_at(ns))} * 25 / 6;
+}
+
 }  // namespace sc::stm32h743

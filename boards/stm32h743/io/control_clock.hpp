@@ -15,6 +15,10 @@ public:
     [[nodiscard]] bool start(std::int64_t origin_ns) noexcept;
     /// Control time in ns; `tick` is any within 8 s of now. A register read and a division.
     [[nodiscard]] std::int64_t now_ns(std::int64_t tick) const noexcept;
+    /// What the counter reads at a control time, cut to a whole count.
+    [[nodiscard]] std::uint32_t count_at(std::int64_t ns) const noexcept;
+    /// How long ago a control time was, within 8 s.
+    [[nodiscard]] std::int64_t since_ns(std::int64_t ns) const noexcept;
 
 private:
     std::int64_t origin_ms_ = 0;

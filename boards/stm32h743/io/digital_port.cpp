@@ -6,12 +6,12 @@
 namespace sc::stm32h743 {
 namespace {
 
-constexpr Address kIn = gpio::base(gpio::Port::g);
-constexpr Address kSource = gpio::base(gpio::Port::f);
-constexpr Address kOut = gpio::base(gpio::Port::d);
-constexpr std::uint32_t kInPins = 0x3F;
-constexpr std::uint32_t kSourceFirst = 11;
-constexpr std::uint32_t kSourcePins = 0xFU << kSourceFirst;
+constexpr Address kIn = gpio::base(gpio::Port::d);
+constexpr Address kSource = gpio::base(gpio::Port::g);
+constexpr Address kOut = gpio::base(gpio::Port::f);
+constexpr unsigned kInFirst = 10;
+constexpr std::uint32_t kInPins = 0x3FU << kInFirst;
+constexpr std::uint32_t kSourcePins = 0xF;
 constexpr std::uint32_t kOutFirst = 10;
 constexpr std::uint32_t kOutPins = 0x3FU << kOutFirst;
 
@@ -49,19 +49,19 @@ bool DigitalPort::start() noexcept {
 
 void DigitalPort::sample(DigitalInputs& in) noexcept {
     const std::uint32_t levels = read32(kIn + gpio::kIdr);
-    in.laser_ready = has(levels, 0);
-    in.laser_no_alarm = has(levels, 1);
-    in.shutter_open = has(levels, 2);
-    in.shutter_closed = has(levels, 3);
-    in.key_setup = has(levels, 4);
-    in.key_production = has(levels, 5);
-    in.source_status = static_cast<std::uint8_t>((read32(kSource + gpio::kIdr) & kSourcePins) >> kSourceFirst);
+    in.laser_ready = has(levels, kInFirst);
+    in.laser_no_alarm = has(levels, kInFirst + 1);
+    in.shutter_open = has(levels, kInFirst + 2);
+    in.shutter_closed = has(levels, kInFirst + 3);
+    in.key_setup = has(levels, kInFirst + 4);
+    in.key_production = has(levels, kInFirst + 5);
+    in.source_status = static_cast<std::uint8_t>(read32(kSource + gpio::kIdr) & kSourcePins);
 }
 
 void DigitalPort::write(const DigitalOutputs& out) noexcept {
-    const std::uint32_t on = bit_if(out.master_oscillator, kOutFirst) | bit_if(out.guide_laser, kOutFirst + 1) |
-                             bit_if(out.light_red, kOutFirst + 2) | bit_if(out.light_yellow, kOutFirst + 3) |
-                             bit_if(out.light_green, kOutFirst + 4) | bit_if(out.shutter_open, kOutFirst + 5);
+    const std::uint32_t on = bit_if(out.light_green, kOutFirst) | bit_if(out.light_yellow, kOutFirst + 1) |
+                             bit_if(out.master_oscillator, kOutFirst + 2) | bit_if(out.guide_laser, kOutFirst + 3) |
+                             bit_if(out.shutter_open, kOutFirst + 4) | bit_if(out.light_red, kOutFirst + 5);
     write32(kOut + gpio::kBsrr, on | (kOutPins & ~on) << 16U);
 }
 

@@ -10,9 +10,9 @@ namespace sc::stm32h743 {
 /// Slow lines of the cell, all high = healthy or on, inputs pulled down, so that a broken wire reads as the fault and a
 /// chip in reset leaves every output off (an external pull-down holds it):
 ///
-/// | in | PG0 laser ready, PG1 no alarm, PG2 shutter open, PG3 shutter closed, PG4 key at setup, PG5 key at production
-/// | | in | PF11 to PF14: the source's status pins 11, 12, 16, 21 | | out | PD10 master oscillator, PD11 guide laser,
-/// PD12 red, PD13 yellow, PD14 green, PD15 shutter |
+/// | in | PD10 laser ready, PD11 no alarm, PD12 shutter open, PD13 shutter closed, PD14 key at setup, PD15 key at
+/// production | | in | PG0 to PG3: the source's status pins 11, 12, 16, 21 | | out | PF10 green, PF11 yellow, PF12
+/// master oscillator, PF13 guide laser, PF14 shutter, PF15 red |
 ///
 /// E-stop and interlock have lines of their own (optics/safety_lines.hpp). Any context; some accesses each.
 class DigitalPort {

@@ -166,7 +166,8 @@ bool GateWave::fill(std::span<const LaserRun> runs) noexcept {
         buffers_.ring[begin] = *first;
     }
     barrier();
-    if (distance(before, position()) > ahead) {
+    // The stream reads a word ahead: of the segment that comes next, it has the first one.
+    if (distance(before, position()) >= ahead) {
         fail();
         return false;
     }

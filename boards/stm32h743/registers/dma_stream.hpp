@@ -26,6 +26,11 @@ inline constexpr std::uint32_t kHalf = 1U << 4U;
 inline constexpr std::uint32_t kComplete = 1U << 5U;
 inline constexpr std::uint32_t kAllFlags = kFifoError | kDirectError | kTransferError | kHalf | kComplete;
 
+/// Where the flags of streams 0 to 3 are in LISR and LIFCR.
+[[nodiscard]] constexpr std::uint32_t flags(unsigned n, std::uint32_t of_stream_0) noexcept {
+    return of_stream_0 << (n * 6U + (n >= 2 ? 4U : 0U));
+}
+
 [[nodiscard]] constexpr Address stream(unsigned n) noexcept { return kDma1 + 0x10 + 0x18 * n; }
 [[nodiscard]] constexpr Address stream2(unsigned n) noexcept { return kDma2 + 0x10 + 0x18 * n; }
 inline constexpr Address kCr = 0x00;
@@ -51,6 +56,9 @@ inline constexpr std::uint32_t kCurrentTarget = 1U << 19U;
 /// Streams of DMA1 have channels 0 to 7, those of DMA2 8 to 15.
 [[nodiscard]] constexpr Address mux(unsigned channel) noexcept { return kMux1 + 4 * channel; }
 inline constexpr std::uint32_t kRequestTim1Update = 15;
+inline constexpr std::uint32_t kRequestTim5Compare1 = 55;
+inline constexpr std::uint32_t kRequestTim5Compare2 = 56;
+inline constexpr std::uint32_t kRequestSpi3Rx = 61;
 inline constexpr std::uint32_t kRequestTim6Update = 69;
 
 }  // namespace sc::stm32h743::dma

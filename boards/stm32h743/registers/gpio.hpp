@@ -18,9 +18,11 @@ inline constexpr Address kOspeedr = 0x08;  ///< two bits a pin; 0 is the slowest
 inline constexpr Address kPupdr = 0x0C;    ///< two bits a pin
 inline constexpr Address kIdr = 0x10;
 inline constexpr Address kBsrr = 0x18;  ///< low half sets, high half resets; set wins
+inline constexpr Address kAfrh = 0x24;  ///< pins 8 to 15, four bits each
 
 inline constexpr std::uint32_t kInput = 0;
 inline constexpr std::uint32_t kOutput = 1;
+inline constexpr std::uint32_t kAlternate = 2;
 inline constexpr std::uint32_t kPullDown = 2;
 
 inline constexpr Address kAhb4enr = 0x580244E0;

@@ -30,26 +30,26 @@ TEST_F(DigitalPortTest, EachInputHasItsPin) {
     constexpr std::array<bool DigitalInputs::*, 6> kInputs{
         &DigitalInputs::laser_ready,    &DigitalInputs::laser_no_alarm, &DigitalInputs::shutter_open,
         &DigitalInputs::shutter_closed, &DigitalInputs::key_setup,      &DigitalInputs::key_production};
-    f.drive(0x7800, 0);
+    g.drive(0xF, 0);
     for (unsigned pin = 0; pin < kInputs.size(); ++pin) {
-        g.drive(0x3F, 1U << pin);
+        d.drive(0xFC00, 1U << (10 + pin));
         DigitalInputs one;
         one.*kInputs.at(pin) = true;
         EXPECT_EQ(sampled(), one) << pin;
     }
-    g.drive(0x3F, 0);
+    d.drive(0xFC00, 0);
     for (unsigned status = 0; status < 16; ++status) {
-        f.drive(0x7800, status << 11U);
+        g.drive(0xF, status);
         EXPECT_EQ(sampled().source_status, status);
     }
 }
 
 TEST_F(DigitalPortTest, ABrokenWireReadsAsTheFault) {
-    g.drive(0x3F, 0x3F);
-    f.drive(0x7800, 0x7800);
+    d.drive(0xFC00, 0xFC00);
+    g.drive(0xF, 0xF);
     ASSERT_TRUE(DigitalPort::start());
-    g.release(0x3F);
-    f.release(0x7800);
+    d.release(0xFC00);
+    g.release(0xF);
     EXPECT_EQ(sampled(), DigitalInputs{});
 }
 
@@ -63,28 +63,28 @@ TEST_F(DigitalPortTest, EstopAndInterlockAreLeftAlone) {
 
 TEST_F(DigitalPortTest, EachOutputHasItsPin) {
     ASSERT_TRUE(DigitalPort::start());
-    EXPECT_EQ(d.levels(), 0U);
+    EXPECT_EQ(f.levels(), 0U);
     constexpr std::array<bool DigitalOutputs::*, 6> kOutputs{
-        &DigitalOutputs::master_oscillator, &DigitalOutputs::guide_laser, &DigitalOutputs::light_red,
-        &DigitalOutputs::light_yellow,      &DigitalOutputs::light_green, &DigitalOutputs::shutter_open};
+        &DigitalOutputs::light_green, &DigitalOutputs::light_yellow, &DigitalOutputs::master_oscillator,
+        &DigitalOutputs::guide_laser, &DigitalOutputs::shutter_open, &DigitalOutputs::light_red};
     for (unsigned i = 0; i < kOutputs.size(); ++i) {
         DigitalOutputs one;
         one.*kOutputs.at(i) = true;
         DigitalPort::write(one);
-        EXPECT_EQ(d.levels(), 1U << (10 + i));
+        EXPECT_EQ(f.levels(), 1U << (10 + i));
     }
     DigitalPort::make_safe();
-    EXPECT_EQ(d.levels(), 0U);
+    EXPECT_EQ(f.levels(), 0U);
 }
 
 TEST_F(DigitalPortTest, NothingIsOnWhenTheOutputsBeginWhateverWasThere) {
     ASSERT_TRUE(DigitalPort::start());
     DigitalOutputs all{true, true, true, true, true, true};
     DigitalPort::write(all);
-    const std::uint32_t before = d.been_high();
+    const std::uint32_t before = f.been_high();
     EXPECT_EQ(before, 0xFC00U);
     ASSERT_TRUE(DigitalPort::start());
-    EXPECT_EQ(d.levels(), 0U);
+    EXPECT_EQ(f.levels(), 0U);
 }
 
 }  // namespace

@@ -1,15 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-add_library(stm32h743_io_model STATIC ${CMAKE_CURRENT_LIST_DIR}/../model/slow_lines.cpp)
-target_link_libraries(stm32h743_io_model PRIVATE sc_warnings sc_sanitizers PUBLIC stm32h743_optics_model)
 sc_test(stm32h743_io LABEL unit SOURCES ${CMAKE_CURRENT_LIST_DIR}/digital_port_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/control_clock_test.cpp ${CMAKE_CURRENT_LIST_DIR}/registers_test.cpp
-  DEPS boards_stm32h743_io stm32h743_io_model)
-sc_h743_mutants(io boards_stm32h743_io stm32h743_io_model digital_port control_clock)
+  DEPS boards_stm32h743_io stm32h743_optics_model)
+sc_h743_mutants(io boards_stm32h743_io stm32h743_optics_model digital_port control_clock)
 sc_h743_mutant(io digital_port out_before_low "    make_safe();\n    clear_bits" "    clear_bits")
 sc_h743_mutant(io digital_port floats "    change_bits(port + gpio::kPupdr, pairs(pins, 3), pairs(pins, gpio::kPullDown));\n" "")
 sc_h743_mutant(io digital_port no_clock "    set_bits(gpio::kAhb4enr, gpio::clock(gpio::Port::d) |" "    set_bits(gpio::kAhb4enr,")
 sc_h743_mutant(io digital_port sets_alone "on | (kOutPins & ~on) << 16U" "on")
-sc_h743_mutant(io digital_port source_shifted "& kSourcePins) >> kSourceFirst" "& kSourcePins) >> (kSourceFirst + 1)")
+sc_h743_mutant(io digital_port source_shifted "& kSourcePins)" "& kSourcePins & 7U)")
 sc_h743_mutant(io control_clock not_from_zero "write32(tim5::kEgr, tim5::kGenerateUpdate);" "")
 sc_h743_mutant(io control_clock short_period "write32(tim5::kArr, 0xFFFFFFFFU);" "")
 sc_h743_mutant(io control_clock origin_lost "(tick - origin_ms_)" "(tick)")

@@ -46,8 +46,15 @@ void Machine::map_memory(std::uint32_t base, std::span<std::uint8_t> memory) {
 
 const Machine::Region* Machine::find(std::uint32_t at, unsigned bytes) const {
     const auto holds = [&](const Region& r) { return at >= r.base && at - r.base + bytes <= r.size; };
+    if (last_found_ < regions_.size() && holds(regions_[last_found_])) {
+        return &regions_[last_found_];
+    }
     const auto found = std::ranges::find_if(regions_, holds);
-    return found == regions_.end() ? nullptr : &*found;
+    if (found == regions_.end()) {
+        return nullptr;
+    }
+    last_found_ = static_cast<std::size_t>(found - regions_.begin());
+    return &*found;
 }
 
 std::uint32_t Machine::read(std::uint32_t at) {
@@ -104,25 +111,39 @@ std::uint32_t Machine::address_of(const void* object) {
     return 0;
 }
 
+Machine::Turn Machine::next_turn() const {
+    Turn turn;
+    for (const Region& region : regions_) {
+        if (region.peripheral == nullptr) {
+            continue;
+        }
+        const std::int64_t when = region.peripheral->next_ns();
+        if (when < turn.ns) {
+            turn.others_ns = turn.ns;
+            turn.first = region.peripheral;
+            turn.ns = when;
+        } else {
+            turn.others_ns = std::min(turn.others_ns, when);
+        }
+    }
+    return turn;
+}
+
 void Machine::advance_to(std::int64_t ns) {
     if (advancing_) {
         return;  // a handler that reads registers: time goes on when it has ended
     }
     advancing_ = true;
     while (true) {
-        Peripheral* first = nullptr;
-        std::int64_t when = Peripheral::kNever;
-        for (const Region& region : regions_) {
-            if (region.peripheral != nullptr && region.peripheral->next_ns() < when) {
-                first = region.peripheral;
-                when = first->next_ns();
-            }
-        }
-        if (first == nullptr || when > ns) {
+        Turn turn = next_turn();
+        if (turn.first == nullptr || turn.ns > ns) {
             break;
         }
-        now_ns_ = std::max(now_ns_, when);
-        first->act(now_ns_);
+        do {
+            now_ns_ = std::max(now_ns_, turn.ns);
+            turn.first->act(now_ns_);
+            turn.ns = turn.first->next_ns();
+        } while (turn.first->minds_its_own() && raised_.empty() && turn.ns < turn.others_ns && turn.ns <= ns);
         serve();
     }
     now_ns_ = std::max(now_ns_, ns);

@@ -34,6 +34,8 @@ public:
     [[nodiscard]] virtual std::int64_t next_ns() const { return kNever; }
     /// Called at next_ns().
     virtual void act(std::int64_t /*now_ns*/) {}
+    /// What it does by itself changes nothing of when another acts, but by an interrupt.
+    [[nodiscard]] virtual bool minds_its_own() const { return false; }
 };
 
 /// One at a time: constructing it puts it in force, its end takes it out.
@@ -82,7 +84,15 @@ private:
     [[nodiscard]] const Region* find(std::uint32_t at, unsigned bytes) const;
     void serve();
 
+    struct Turn {
+        Peripheral* first = nullptr;
+        std::int64_t ns = Peripheral::kNever;
+        std::int64_t others_ns = Peripheral::kNever;
+    };
+    [[nodiscard]] Turn next_turn() const;
+
     std::vector<Region> regions_;
+    mutable std::size_t last_found_ = 0;
     std::map<unsigned, std::function<void()>> handlers_;
     std::vector<unsigned> raised_;
     std::vector<std::string> violations_;

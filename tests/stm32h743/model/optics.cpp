@@ -18,6 +18,8 @@ constexpr std::array<unsigned, 4> kFlagPlace{0, 6, 16, 22};
 constexpr unsigned kFirstStreamInterrupt = 11;
 constexpr unsigned kFirstStreamInterrupt2 = 56;
 
+bool to_peripheral(std::uint32_t control) { return ((control >> 6U) & 3U) == 1; }
+
 /// AXI SRAM and SRAM1 to SRAM3.
 bool reached(std::uint32_t at) {
     return (at >= 0x24000000 && at < 0x24080000) || (at >= 0x30000000 && at < 0x30048000);
@@ -39,14 +41,6 @@ bool ClockGates::check(std::uint32_t offset, unsigned bit, const char* who) cons
         return false;
     }
     return true;
-}
-
-std::uint32_t EdgePort::outputs() const {
-    std::uint32_t pins = 0;
-    for (unsigned pin = 0; pin < 16; ++pin) {
-        pins |= ((mode_ >> (2 * pin)) & 3U) == 1 ? 1U << pin : 0;
-    }
-    return pins;
 }
 
 int EdgePort::function(unsigned pin) const {
@@ -85,7 +79,13 @@ void EdgePort::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
     }
     const std::uint32_t before = level_ & outputs();
     switch (offset) {
-        case 0x00: mode_ = value; break;
+        case 0x00:
+            mode_ = value;
+            outputs_ = 0;
+            for (unsigned pin = 0; pin < 16; ++pin) {
+                outputs_ |= ((mode_ >> (2 * pin)) & 3U) == 1 ? 1U << pin : 0;
+            }
+            break;
         case 0x04: type_ = value; break;
         case 0x08: speed_ = value; break;
         case 0x0C: pull_ = value; break;
@@ -102,6 +102,9 @@ void EdgePort::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) 
     const std::uint32_t after = level_ & outputs();
     if (after != before) {
         edges.push_back({machine_.now_ns(), before, after});
+        if (on_edge) {
+            on_edge(before, after);
+        }
     }
 }
 
@@ -219,6 +222,10 @@ void DmaModel::control(unsigned n, std::uint32_t value) {
         }
         stream.left = stream.count;
         stream.at = 0;
+        stream.cr = value;
+        if (to_peripheral(value)) {
+            read_ahead(stream);
+        }
     }
     stream.cr = value;
 }
@@ -236,19 +243,29 @@ void DmaModel::request(std::uint32_t line) {
     }
 }
 
-void DmaModel::transfer(unsigned n) {
-    Stream& stream = streams_.at(n);
-    const bool words = ((stream.cr >> 11U) & 3U) == 2 && ((stream.cr >> 13U) & 3U) == 2;
-    if (!words || ((stream.cr >> 6U) & 3U) != 1 || (stream.cr & kMinc) == 0 || (stream.cr & (1U << 9U)) != 0) {
-        note("this stream is to write words to one register");
-        return;
-    }
+/// The word that the next request moves. In direct mode it is read as soon as the one before has gone.
+void DmaModel::read_ahead(Stream& stream) {
     const std::uint32_t from = stream.memory.at((stream.cr & kCt) != 0 ? 1 : 0) + 4 * stream.at;
     if (from >= 0x30000000) {
         const bool second = from >= 0x30020000;
         (void)clocks_.check(ClockGates::kAhb2, second ? 30 : 29, second ? "SRAM2" : "SRAM1");
     }
-    machine_.bus_write(stream.par, machine_.bus_read(from, 4), 4);
+    stream.ahead = machine_.bus_read(from, 4);
+}
+
+void DmaModel::transfer(unsigned n) {
+    Stream& stream = streams_.at(n);
+    const bool words = ((stream.cr >> 11U) & 3U) == 2 && ((stream.cr >> 13U) & 3U) == 2;
+    if (!words || (stream.cr & kMinc) == 0 || (stream.cr & (1U << 9U)) != 0 || ((stream.cr >> 6U) & 3U) > 1) {
+        note("this stream is to move words between memory and one register");
+        return;
+    }
+    const bool out = to_peripheral(stream.cr);
+    if (out) {
+        machine_.bus_write(stream.par, stream.ahead, 4);
+    } else {
+        machine_.bus_write(stream.memory[0] + 4 * stream.at, machine_.bus_read(stream.par, 4), 4);
+    }
     ++stream.at;
     --stream.left;
     if (stream.left == stream.count / 2) {
@@ -256,6 +273,9 @@ void DmaModel::transfer(unsigned n) {
     }
     if (stream.left == 0) {
         finish(n);
+    }
+    if (out && (stream.cr & kEn) != 0) {
+        read_ahead(stream);
     }
 }
 
@@ -278,7 +298,7 @@ std::uint32_t BasicTimer::read(std::uint32_t offset) {
     if (offset == 0x24) {
         machine_.violation("TIM6: the counter is not modelled");
     }
-    return words_[offset];
+    return words_.at(offset / 4);
 }
 
 void BasicTimer::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
@@ -292,38 +312,37 @@ void BasicTimer::write(std::uint32_t offset, std::uint32_t value, unsigned bytes
         update();
         return;
     }
-    const bool ran = (words_[0x00] & 1U) != 0;
+    const bool ran = (words_[0x00 / 4] & 1U) != 0;
     if (ran && (offset == 0x28 || offset == 0x2C)) {
         machine_.violation("TIM6: its period is changed while it counts");
     }
-    words_[offset] = value;
-    const bool runs = (words_[0x00] & 1U) != 0;
+    words_.at(offset / 4) = value;
+    const bool runs = (words_[0x00 / 4] & 1U) != 0;
     if (runs && !ran) {
         started_ns = machine_.now_ns();
-        ticks_ = std::int64_t{words_[0x2C]} + 1;
-        if (words_[0x2C] == 0 || words_[0x28] != 0) {
+        ticks_ = std::int64_t{words_[0x2C / 4]} + 1;
+        if (words_[0x2C / 4] == 0 || words_[0x28 / 4] != 0) {
             machine_.violation("TIM6: started without the period that is wanted");
-            words_[0x00] = 0;
+            words_[0x00 / 4] = 0;
         }
     }
 }
 
 std::int64_t BasicTimer::next_ns() const {
-    const auto control = words_.find(0x00);
-    if (control == words_.end() || (control->second & 1U) == 0) {
+    if ((words_[0x00 / 4] & 1U) == 0) {
         return kNever;
     }
     return started_ns + (ticks_ * 25 + 5) / 6;  // 240 MHz: 25/6 ns
 }
 
 void BasicTimer::act(std::int64_t /*now_ns*/) {
-    ticks_ += std::int64_t{words_[0x2C]} + 1;
+    ticks_ += std::int64_t{words_[0x2C / 4]} + 1;
     update();
 }
 
 void BasicTimer::update() {
-    words_[0x10] |= 1U;
-    if ((words_[0x0C] & (1U << 8U)) != 0) {
+    words_[0x10 / 4] |= 1U;
+    if ((words_[0x0C / 4] & (1U << 8U)) != 0) {
         dma_.request(kRequest);
     }
 }

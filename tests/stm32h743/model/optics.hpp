@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -48,6 +47,8 @@ public:
     [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
     std::vector<Edge> edges;
+    /// Called with each change: levels before and after.
+    std::function<void(std::uint32_t, std::uint32_t)> on_edge;
     /// What drives a pin that is an input; undriven it follows its pull-down.
     void set_input(unsigned pin, bool high) { input_ = (input_ & ~(1U << pin)) | (high ? 1U << pin : 0U); }
     /// Called behind each reading of the inputs.
@@ -57,10 +58,11 @@ public:
     [[nodiscard]] bool pulled_down(unsigned pin) const { return ((pull_ >> (2 * pin)) & 3U) == 2; }
 
 private:
-    [[nodiscard]] std::uint32_t outputs() const;
+    [[nodiscard]] std::uint32_t outputs() const { return outputs_; }
     Machine& machine_;
     const ClockGates& clocks_;
     std::uint32_t mode_ = 0xFFFFFFFF;
+    std::uint32_t outputs_ = 0;
     std::uint32_t type_ = 0;
     std::uint32_t speed_ = 0;
     std::uint32_t pull_ = 0;
@@ -105,7 +107,9 @@ private:
         std::uint32_t count = 0;
         std::uint32_t at = 0;
         std::uint32_t flags = 0;
+        std::uint32_t ahead = 0;  ///< read, and not yet asked for
     };
+    void read_ahead(Stream& stream);
     void control(unsigned n, std::uint32_t value);
     void transfer(unsigned n);
     void finish(unsigned n);
@@ -130,6 +134,7 @@ public:
     void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
     [[nodiscard]] std::int64_t next_ns() const override;
     void act(std::int64_t now_ns) override;
+    [[nodiscard]] bool minds_its_own() const override { return true; }
     /// For the edge that counts: when the counter was started.
     std::int64_t started_ns = 0;
 
@@ -138,7 +143,7 @@ private:
     Machine& machine_;
     const ClockGates& clocks_;
     DmaModel& dma_;
-    std::map<std::uint32_t, std::uint32_t> words_;
+    std::array<std::uint32_t, 256> words_{};
     std::int64_t ticks_ = 0;  ///< from the start to the next update
 };
 

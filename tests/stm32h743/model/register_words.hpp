@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
+#include <array>
+#include <cstdint>
 
 #include "tests/stm32h743/model/machine.hpp"
 
@@ -10,15 +11,16 @@ namespace sc::model {
 /// Registers without a behaviour of their own, as those of clock gates.
 class RegisterWords : public Peripheral {
 public:
-    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_[offset]; }
-    void write(std::uint32_t offset, std::uint32_t value, unsigned /*bytes*/) override { words_[offset] = value; }
+    [[nodiscard]] std::uint32_t read(std::uint32_t offset) override { return words_.at(offset / 4); }
+    void write(std::uint32_t offset, std::uint32_t value, unsigned /*bytes*/) override {
+        words_.at(offset / 4) = value;
+    }
     [[nodiscard]] bool has(std::uint32_t offset, std::uint32_t bits) const {
-        const auto word = words_.find(offset);
-        return word != words_.end() && (word->second & bits) == bits;
+        return (words_.at(offset / 4) & bits) == bits;
     }
 
 private:
-    std::map<std::uint32_t, std::uint32_t> words_;
+    std::array<std::uint32_t, 256> words_{};
 };
 
 /// Reset and clock control.
