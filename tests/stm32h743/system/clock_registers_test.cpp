@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <map>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "boards/stm32h743/registers/clock_power.hpp"
+#include "tests/stm32h743/model/clock_fields.hpp"
+#include "tests/stm32h743/system/register_table.hpp"
+
+namespace sc::stm32h743 {
+namespace {
+
+TEST(ClockRegisters, DriverHasWhatTheTableHas) {
+    namespace neighbours = clock_neighbours;
+    const system_test::Table table = system_test::read_table("clock");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"RCC_CR", rcc::kCr},
+        {"RCC_CFGR", rcc::kCfgr},
+        {"RCC_D1CFGR", rcc::kD1cfgr},
+        {"RCC_D2CFGR", rcc::kD2cfgr},
+        {"RCC_D3CFGR", rcc::kD3cfgr},
+        {"RCC_PLLCKSELR", rcc::kPllckselr},
+        {"RCC_PLLCFGR", rcc::kPllcfgr},
+        {"RCC_PLL1DIVR", rcc::kPll1divr},
+        {"RCC_PLL2DIVR", rcc::kPll2divr},
+        {"RCC_D2CCIP1R", rcc::kD2ccip1r},
+        {"RCC_D2CCIP2R", rcc::kD2ccip2r},
+        {"RCC_APB4ENR", rcc::kApb4enr},
+        {"PWR_CSR1", pwr::kCsr1},
+        {"PWR_CR3", pwr::kCr3},
+        {"PWR_D3CR", pwr::kD3cr},
+        {"FLASH_ACR", neighbours::kFlashAcr},
+        {"SYSCFG_PWRCR", neighbours::kSyscfgPwrcr},
+        {"DBGMCU_IDC", neighbours::kIdCode},
+    };
+    EXPECT_EQ(addresses, table.address);
+    const std::map<std::string, std::uint32_t> masks{
+        {"RCC_CR.HSION", rcc::kHsiOn},
+        {"RCC_CR.HSIRDY", rcc::kHsiReady},
+        {"RCC_CR.HSIDIV", rcc::kHsiDivider},
+        {"RCC_CR.HSEON", rcc::kHseOn},
+        {"RCC_CR.HSERDY", rcc::kHseReady},
+        {"RCC_CR.HSEBYP", rcc::kHseBypass},
+        {"RCC_CR.CSSHSEON", rcc::kHseGuard},
+        {"RCC_CR.PLL1ON", rcc::kPll1On},
+        {"RCC_CR.PLL1RDY", rcc::kPll1Ready},
+        {"RCC_CR.PLL2ON", rcc::kPll2On},
+        {"RCC_CR.PLL2RDY", rcc::kPll2Ready},
+        {"RCC_CFGR.SW", rcc::kSwitch},
+        {"RCC_CFGR.SWS", rcc::kSwitchState},
+        {"RCC_CFGR.TIMPRE", rcc::kTimerPrescaler},
+        {"RCC_D1CFGR.HPRE", rcc::kHpre},
+        {"RCC_D1CFGR.D1PPRE", rcc::kD1ppre},
+        {"RCC_D1CFGR.D1CPRE", rcc::kD1cpre},
+        {"RCC_D2CFGR.D2PPRE1", rcc::kD2ppre1},
+        {"RCC_D2CFGR.D2PPRE2", rcc::kD2ppre2},
+        {"RCC_D3CFGR.D3PPRE", rcc::kD3ppre},
+        {"RCC_PLLCKSELR.PLLSRC", rcc::kPllSource},
+        {"RCC_PLLCKSELR.DIVM1", rcc::kDivm1},
+        {"RCC_PLLCKSELR.DIVM2", rcc::kDivm2},
+        {"RCC_PLLCFGR.PLL1FRACEN", rcc::kPll1Fraction},
+        {"RCC_PLLCFGR.PLL1VCOSEL", rcc::kPll1Medium},
+        {"RCC_PLLCFGR.PLL1RGE", rcc::kPll1Range},
+        {"RCC_PLLCFGR.PLL2FRACEN", rcc::kPll2Fraction},
+        {"RCC_PLLCFGR.PLL2VCOSEL", rcc::kPll2Medium},
+        {"RCC_PLLCFGR.PLL2RGE", rcc::kPll2Range},
+        {"RCC_PLLCFGR.DIVP1EN", rcc::kDivp1En},
+        {"RCC_PLLCFGR.DIVQ1EN", rcc::kDivq1En},
+        {"RCC_PLLCFGR.DIVR1EN", rcc::kDivr1En},
+        {"RCC_PLLCFGR.DIVP2EN", rcc::kDivp2En},
+        {"RCC_PLLCFGR.DIVQ2EN", rcc::kDivq2En},
+        {"RCC_PLLCFGR.DIVR2EN", rcc::kDivr2En},
+        {"RCC_PLL1DIVR.DIVN1", rcc::kDivn},
+        {"RCC_PLL1DIVR.DIVP1", rcc::kDivp},
+        {"RCC_PLL1DIVR.DIVQ1", rcc::kDivq},
+        {"RCC_PLL1DIVR.DIVR1", rcc::kDivr},
+        {"RCC_PLL2DIVR.DIVN2", rcc::kDivn},
+        {"RCC_PLL2DIVR.DIVP2", rcc::kDivp},
+        {"RCC_PLL2DIVR.DIVQ2", rcc::kDivq},
+        {"RCC_PLL2DIVR.DIVR2", rcc::kDivr},
+        {"RCC_D2CCIP1R.FDCANSEL", rcc::kFdcanSource},
+        {"RCC_D2CCIP2R.USART28SEL", rcc::kUsart234578Source},
+        {"RCC_D2CCIP2R.USART16SEL", rcc::kUsart16Source},
+        {"RCC_APB4ENR.SYSCFGEN", rcc::kSyscfgEn},
+        {"PWR_CSR1.ACTVOSRDY", pwr::kActualReady},
+        {"PWR_CR3.BYPASS", pwr::kBypass},
+        {"PWR_CR3.LDOEN", pwr::kLdoOn},
+        {"PWR_CR3.SCUEN", pwr::kUpdateOpen},
+        {"PWR_D3CR.VOSRDY", pwr::kScaleReady},
+        {"PWR_D3CR.VOS", pwr::kScale},
+        {"FLASH_ACR.LATENCY", neighbours::kLatency},
+        {"FLASH_ACR.WRHIGHFREQ", neighbours::kWriteDelay},
+        {"SYSCFG_PWRCR.ODEN", neighbours::kOverdrive},
+        {"DBGMCU_IDC.REV_ID", 0xFFFFU << neighbours::kRevisionShift},
+    };
+    EXPECT_EQ(masks, table.mask);
+}
+
+TEST(ClockRegisters, ModelHasWhatTheTableHas) {
+    const system_test::Table table = system_test::read_table("clock");
+    std::map<std::string, std::uint32_t> addresses;
+    std::map<std::string, std::uint32_t> masks;
+    for (const model::Field& one : model::clock_fields::kAll) {
+        addresses[one.reg] = one.address;
+        masks[std::string(one.reg) + "." + one.name] = one.mask();
+    }
+    EXPECT_EQ(addresses, table.address);
+    EXPECT_EQ(masks, table.mask);
+}
+
+}  // namespace
+}  // namespace sc::stm32h743

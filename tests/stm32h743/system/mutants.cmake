@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: Apache-2.0
+# Ablation of the drivers of the system: one rule is taken out of a copy, and the tests of its part must fail.
+foreach(part clock_start)
+  add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
+  target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_system
+    stm32h743_system_model GTest::gtest)
+endforeach()
+
+# part: of whose driver and tests; from, to: texts.
+function(sc_system_mutant part name from to)
+  set(source "${PROJECT_SOURCE_DIR}/boards/stm32h743/system/${part}.cpp")
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS "${source}")
+  file(READ "${source}" text)
+  string(REPLACE "${from}" "${to}" mutant "${text}")
+  if(mutant STREQUAL text)
+    message(FATAL_ERROR "${part} mutant ${name}: there is no '${from}' to take out")
+  endif()
+  set(out "${PROJECT_BINARY_DIR}/${part}_mutants/${name}.cpp")
+  file(CONFIGURE OUTPUT "${out}" CONTENT "${mutant}" @ONLY)
+  add_executable(${part}_mutant_${name} $<TARGET_OBJECTS:stm32h743_${part}_tests> "${out}")
+  target_link_libraries(${part}_mutant_${name} PRIVATE sc_warnings sc_sanitizers boards_stm32h743_system
+    stm32h743_system_model GTest::gtest GTest::gtest_main)
+  # What a rule was for may be unused without it.
+  set_source_files_properties("${out}" PROPERTIES COMPILE_OPTIONS -Wno-unused)
+  set_target_properties(${part}_mutant_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
+  add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1)
+  set_tests_properties(unit.${part}_mutant_${name} PROPERTIES LABELS unit WILL_FAIL TRUE TIMEOUT 60)
+endfunction()
+
+sc_system_mutant(clock_start no_wait_states "    if (!set_wait_states()) {
+        return {ClockFault::wait_states, kSlow};
+    }
+    const ClockFault fault = speed_up();" "    const ClockFault fault = speed_up();
+    (void)set_wait_states();")
+sc_system_mutant(clock_start undivided "    set_dividers();\n" "")
+sc_system_mutant(clock_start fast_before_dividers "    set_dividers();\n    clear_bits(rcc::kCr, rcc::kHsiDivider);"
+  "    clear_bits(rcc::kCr, rcc::kHsiDivider);\n    set_dividers();")
+sc_system_mutant(clock_start scale_unwaited "return wait_for(pwr::kD3cr, pwr::kScaleReady, true, kVoltageReads);\n}\n\nbool to_scale0"
+  "return true;\n}\n\nbool to_scale0")
+sc_system_mutant(clock_start overdrive_unwaited "    return wait_for(pwr::kD3cr, pwr::kScaleReady, true, kVoltageReads);\n}\n\nbool start_hse"
+  "    return true;\n}\n\nbool start_hse")
+sc_system_mutant(clock_start no_syscfg_clock "set_bits(rcc::kApb4enr, rcc::kSyscfgEn);" "")
+sc_system_mutant(clock_start syscfg_clock_unsettled "(void)read32(rcc::kApb4enr);" "")
+sc_system_mutant(clock_start supply_left_open "change_bits(pwr::kCr3, kAll, pwr::kLdoOn);" "")
+sc_system_mutant(clock_start supply_unchecked "(read32(pwr::kCr3) & (pwr::kBypass | pwr::kLdoOn)) == pwr::kLdoOn &&" "")
+sc_system_mutant(clock_start supply_unwaited "wait_for(pwr::kCsr1, pwr::kActualReady, true, kVoltageReads)" "true")
+sc_system_mutant(clock_start no_bypass "set_bits(rcc::kCr, rcc::kHseBypass);" "")
+sc_system_mutant(clock_start bypass_while_on "clear_bits(rcc::kCr, rcc::kHseOn);" "")
+sc_system_mutant(clock_start hse_unwaited "return wait_for(rcc::kCr, rcc::kHseReady, true, kHseReads);" "return true;")
+sc_system_mutant(clock_start pll_set_while_on "set_plls();\n    set_bits(rcc::kCr, rcc::kPll1On | rcc::kPll2On);"
+  "set_bits(rcc::kCr, rcc::kPll1On | rcc::kPll2On);\n    set_plls();")
+sc_system_mutant(clock_start pll_stop_unwaited "return wait_for(rcc::kCr, rcc::kPll1Ready | rcc::kPll2Ready, false, kSwitchReads);"
+  "return true;")
+sc_system_mutant(clock_start core_stays_on_pll "    if (!take(rcc::kFromHsi)) {\n        return false;\n    }" "")
+sc_system_mutant(clock_start lock_unwaited "    if (!wait_for(rcc::kCr, rcc::kPll1Ready, true, kLockReads)) {
+        return ClockFault::pll1;
+    }" "")
+sc_system_mutant(clock_start fdcan_before_lock "    set_bits(rcc::kCr, rcc::kPll1On | rcc::kPll2On);"
+  "    set_bits(rcc::kCr, rcc::kPll1On | rcc::kPll2On);
+    change_bits(rcc::kD2ccip1r, rcc::kFdcanSource, rcc::kFdcanFromPll2q);")
+sc_system_mutant(clock_start wrong_range "kPll1.range() << 2U" "(kPll1.range() - 2U) << 2U")
+sc_system_mutant(clock_start wrong_factor "(pll.n - 1)" "pll.n")
+sc_system_mutant(clock_start unguarded "    set_bits(rcc::kCr, rcc::kHseGuard);\n" "")
+sc_system_mutant(clock_start old_revision_too "< kFirstFastRevision" "< 0x1000U")
+sc_system_mutant(clock_start switch_believed "    return becomes(rcc::kCfgr, rcc::kSwitchState, source << rcc::kSwitchStateShift, kSwitchReads);"
+  "    return true;")
+sc_system_mutant(clock_start plls_left_on "return {fall_back() ? fault : ClockFault::hsi, kSlow};" "return {fault, kSlow};")
