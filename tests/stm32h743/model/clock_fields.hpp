@@ -39,6 +39,9 @@ inline constexpr std::uint32_t kPll1divr = kRcc + 0x30;
 inline constexpr std::uint32_t kPll2divr = kRcc + 0x38;
 inline constexpr std::uint32_t kD2ccip1r = kRcc + 0x50;
 inline constexpr std::uint32_t kD2ccip2r = kRcc + 0x54;
+inline constexpr std::uint32_t kGcr = kRcc + 0xA0;
+inline constexpr std::uint32_t kRsr = kRcc + 0xD0;
+inline constexpr std::uint32_t kApb3enr = kRcc + 0xE4;
 inline constexpr std::uint32_t kApb4enr = kRcc + 0xF4;
 inline constexpr std::uint32_t kCsr1 = kPwr + 0x04;
 inline constexpr std::uint32_t kCr3 = kPwr + 0x0C;
@@ -91,6 +94,15 @@ inline constexpr Field kDivr2{"RCC_PLL2DIVR", "DIVR2", kPll2divr, 24, 7};
 inline constexpr Field kFdcanSel{"RCC_D2CCIP1R", "FDCANSEL", kD2ccip1r, 28, 2};
 inline constexpr Field kUsart28Sel{"RCC_D2CCIP2R", "USART28SEL", kD2ccip2r, 0, 3};
 inline constexpr Field kUsart16Sel{"RCC_D2CCIP2R", "USART16SEL", kD2ccip2r, 3, 3};
+inline constexpr Field kWw1rsc{"RCC_GCR", "WW1RSC", kGcr, 0, 1};
+inline constexpr Field kForgetResets{"RCC_RSR", "RMVF", kRsr, 16, 1};
+inline constexpr Field kBorReset{"RCC_RSR", "BORRSTF", kRsr, 21, 1};
+inline constexpr Field kPinReset{"RCC_RSR", "PINRSTF", kRsr, 22, 1};
+inline constexpr Field kPorReset{"RCC_RSR", "PORRSTF", kRsr, 23, 1};
+inline constexpr Field kSoftReset{"RCC_RSR", "SFTRSTF", kRsr, 24, 1};
+inline constexpr Field kIwdgReset{"RCC_RSR", "IWDG1RSTF", kRsr, 26, 1};
+inline constexpr Field kWwdgReset{"RCC_RSR", "WWDG1RSTF", kRsr, 28, 1};
+inline constexpr Field kWwdgEn{"RCC_APB3ENR", "WWDG1EN", kApb3enr, 6, 1};
 inline constexpr Field kSyscfgEn{"RCC_APB4ENR", "SYSCFGEN", kApb4enr, 1, 1};
 inline constexpr Field kActualReady{"PWR_CSR1", "ACTVOSRDY", kCsr1, 13, 1};
 inline constexpr Field kBypass{"PWR_CR3", "BYPASS", kCr3, 0, 1};
@@ -104,13 +116,14 @@ inline constexpr Field kOden{"SYSCFG_PWRCR", "ODEN", kPwrcr, 0, 1};
 inline constexpr Field kRevision{"DBGMCU_IDC", "REV_ID", kDebug, 16, 16};
 
 inline constexpr std::array kAll{
-    kHsiOn,      kHsiReady,  kHsiDiv,      kHseOn,   kHseReady, kHseBypass, kHseGuard, kPll1On,   kPll1Ready,
-    kPll2On,     kPll2Ready, kSw,          kSws,     kTimpre,   kHpre,      kD1ppre,   kD1cpre,   kD2ppre1,
-    kD2ppre2,    kD3ppre,    kPllSource,   kDivm1,   kDivm2,    kFraction1, kMedium1,  kRange1,   kFraction2,
-    kMedium2,    kRange2,    kDivp1en,     kDivq1en, kDivr1en,  kDivp2en,   kDivq2en,  kDivr2en,  kDivn1,
-    kDivp1,      kDivq1,     kDivr1,       kDivn2,   kDivp2,    kDivq2,     kDivr2,    kFdcanSel, kUsart28Sel,
-    kUsart16Sel, kSyscfgEn,  kActualReady, kBypass,  kLdoEn,    kScuEn,     kVosReady, kVos,      kLatency,
-    kWriteDelay, kOden,      kRevision};
+    kHsiOn,      kHsiReady,  kHsiDiv,      kHseOn,   kHseReady,     kHseBypass, kHseGuard, kPll1On,   kPll1Ready,
+    kPll2On,     kPll2Ready, kSw,          kSws,     kTimpre,       kHpre,      kD1ppre,   kD1cpre,   kD2ppre1,
+    kD2ppre2,    kD3ppre,    kPllSource,   kDivm1,   kDivm2,        kFraction1, kMedium1,  kRange1,   kFraction2,
+    kMedium2,    kRange2,    kDivp1en,     kDivq1en, kDivr1en,      kDivp2en,   kDivq2en,  kDivr2en,  kDivn1,
+    kDivp1,      kDivq1,     kDivr1,       kDivn2,   kDivp2,        kDivq2,     kDivr2,    kFdcanSel, kUsart28Sel,
+    kUsart16Sel, kSyscfgEn,  kActualReady, kBypass,  kLdoEn,        kScuEn,     kVosReady, kVos,      kLatency,
+    kWriteDelay, kOden,      kRevision,    kWw1rsc,  kForgetResets, kBorReset,  kPinReset, kPorReset, kSoftReset,
+    kIwdgReset,  kWwdgReset, kWwdgEn};
 
 }  // namespace clock_fields
 }  // namespace sc::model

@@ -183,10 +183,10 @@ void ClockTree::settle() {
 
 std::uint32_t ClockTree::read(std::uint32_t at) {
     settle();
-    if (at == kApb4enr) {
-        syscfg_settled_ = true;
+    if (at == kApb3enr || at == kApb4enr) {
+        settled_[at] = word(at);
     }
-    if (at >= kSyscfg && at < kSyscfg + 0x400 && !(on(kSyscfgEn) && syscfg_settled_)) {
+    if (at >= kSyscfg && at < kSyscfg + 0x400 && !(on(kSyscfgEn) && settled(kSyscfgEn))) {
         say("SYSCFG is read without its clock");
         return 0;
     }
@@ -214,9 +214,18 @@ void ClockTree::write(std::uint32_t at, std::uint32_t value, unsigned bytes) {
         case kPll2divr: return write_pll(at, value);
         case kD2ccip1r: return write_fdcan(value);
         case kApb4enr:
-            syscfg_settled_ = syscfg_settled_ && on(kSyscfgEn);
+            settled_[at] &= value;
             words_[at] = value;
             return;
+        case kApb3enr:
+            if (on(kWwdgEn) && (value & kWwdgEn.mask()) == 0) {
+                say("the clock of WWDG cannot be taken back");
+            }
+            settled_[at] &= value;
+            words_[at] = value;
+            return;
+        case kRsr: words_[at] = (value & kForgetResets.mask()) != 0 ? 0 : word(at); return;
+        case kGcr: words_[at] |= value; return;
         case kCsr1:
         case kDebug: return say("a register that is read alone is written");
         case kFlash:
@@ -379,7 +388,7 @@ void ClockTree::write_scale(std::uint32_t value) {
 }
 
 void ClockTree::write_syscfg(std::uint32_t value) {
-    if (!on(kSyscfgEn) || !syscfg_settled_) {
+    if (!on(kSyscfgEn) || !settled(kSyscfgEn)) {
         return say("SYSCFG is written without its clock, or before it has settled");
     }
     const bool overdrive = (value & kOden.mask()) != 0;

@@ -40,7 +40,11 @@ public:
     [[nodiscard]] double usart_hz(bool usart16) const;
     [[nodiscard]] int scale() const;  ///< 0 to 3, in force
     [[nodiscard]] bool on(const Field& one) const { return field(one) != 0; }
-    [[nodiscard]] bool apb4_clocked(std::uint32_t bit) const { return (word(clock_fields::kApb4enr) & bit) != 0; }
+    /// Its clock was read back after it was switched on.
+    [[nodiscard]] bool settled(const Field& clock) const {
+        const auto found = settled_.find(clock.address);
+        return found != settled_.end() && (found->second & clock.mask()) != 0;
+    }
     /// As a boot loader leaves it.
     void preset(const Field& one, std::uint32_t value) { put(one, value); }
     /// 400 MHz at VOS1 from PLL1 on HSE, with the wait states for that, as a boot loader leaves it.
@@ -101,7 +105,7 @@ private:
     std::array<std::int64_t, 2> stop_at_{Peripheral::kNever, Peripheral::kNever};
     int scale_ = 3;
     int next_scale_ = 3;
-    bool syscfg_settled_ = false;
+    std::map<std::uint32_t, std::uint32_t> settled_;  ///< bits of ENR registers
 };
 
 }  // namespace sc::model

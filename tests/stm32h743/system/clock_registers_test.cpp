@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <map>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include "boards/stm32h743/registers/clock_power.hpp"
-#include "tests/stm32h743/model/clock_fields.hpp"
+#include "boards/stm32h743/registers/watchdog.hpp"
+#include "tests/stm32h743/model/watchdogs.hpp"
 #include "tests/stm32h743/system/register_table.hpp"
 
 namespace sc::stm32h743 {
@@ -27,6 +29,9 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
         {"RCC_D2CCIP1R", rcc::kD2ccip1r},
         {"RCC_D2CCIP2R", rcc::kD2ccip2r},
         {"RCC_APB4ENR", rcc::kApb4enr},
+        {"RCC_APB3ENR", wwdg::kApb3enr},
+        {"RCC_GCR", wwdg::kGcr},
+        {"RCC_RSR", rcc::kRsr},
         {"PWR_CSR1", pwr::kCsr1},
         {"PWR_CR3", pwr::kCr3},
         {"PWR_D3CR", pwr::kD3cr},
@@ -82,6 +87,15 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
         {"RCC_D2CCIP1R.FDCANSEL", rcc::kFdcanSource},
         {"RCC_D2CCIP2R.USART28SEL", rcc::kUsart234578Source},
         {"RCC_D2CCIP2R.USART16SEL", rcc::kUsart16Source},
+        {"RCC_APB3ENR.WWDG1EN", wwdg::kClock},
+        {"RCC_GCR.WW1RSC", wwdg::kResetsSystem},
+        {"RCC_RSR.RMVF", rcc::kForgetResets},
+        {"RCC_RSR.BORRSTF", rcc::kBrownOut},
+        {"RCC_RSR.PINRSTF", rcc::kPinReset},
+        {"RCC_RSR.PORRSTF", rcc::kPowerOn},
+        {"RCC_RSR.SFTRSTF", rcc::kSoftware},
+        {"RCC_RSR.IWDG1RSTF", rcc::kIndependentWatchdog},
+        {"RCC_RSR.WWDG1RSTF", rcc::kWindowWatchdog},
         {"RCC_APB4ENR.SYSCFGEN", rcc::kSyscfgEn},
         {"PWR_CSR1.ACTVOSRDY", pwr::kActualReady},
         {"PWR_CR3.BYPASS", pwr::kBypass},
@@ -97,16 +111,45 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
     EXPECT_EQ(masks, table.mask);
 }
 
-TEST(ClockRegisters, ModelHasWhatTheTableHas) {
-    const system_test::Table table = system_test::read_table("clock");
+template <std::size_t N>
+void expect_model(const std::array<model::Field, N>& fields, const system_test::Table& table) {
     std::map<std::string, std::uint32_t> addresses;
     std::map<std::string, std::uint32_t> masks;
-    for (const model::Field& one : model::clock_fields::kAll) {
+    for (const model::Field& one : fields) {
         addresses[one.reg] = one.address;
         masks[std::string(one.reg) + "." + one.name] = one.mask();
     }
     EXPECT_EQ(addresses, table.address);
     EXPECT_EQ(masks, table.mask);
+}
+
+TEST(ClockRegisters, ModelHasWhatTheTableHas) {
+    expect_model(model::clock_fields::kAll, system_test::read_table("clock"));
+}
+
+TEST(WatchdogRegisters, DriverAndModelHaveWhatTheTableHas) {
+    const system_test::Table table = system_test::read_table("watchdog");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"IWDG_KR", iwdg::kKr}, {"IWDG_PR", iwdg::kPr},   {"IWDG_RLR", iwdg::kRlr}, {"IWDG_SR", iwdg::kSr},
+        {"WWDG_CR", wwdg::kCr}, {"WWDG_CFR", wwdg::kCfr}, {"WWDG_SR", wwdg::kSr},
+    };
+    EXPECT_EQ(addresses, table.address);
+    const std::map<std::string, std::uint32_t> masks{
+        {"IWDG_KR.KEY", 0xFFFF},
+        {"IWDG_PR.PR", 7},
+        {"IWDG_RLR.RL", iwdg::kReloadMask},
+        {"IWDG_SR.PVU", iwdg::kPrescalerBusy},
+        {"IWDG_SR.RVU", iwdg::kReloadBusy},
+        {"WWDG_CR.T", wwdg::kCounter},
+        {"WWDG_CR.WDGA", wwdg::kActive},
+        {"WWDG_CFR.W", wwdg::kWindow},
+        {"WWDG_CFR.EWI", wwdg::kWarning},
+        {"WWDG_CFR.WDGTB", wwdg::kTimeBase},
+        {"WWDG_SR.EWIF", wwdg::kWarned},
+    };
+    EXPECT_EQ(masks, table.mask);
+    EXPECT_EQ(wwdg::kInterrupt, model::WatchdogPair::kWarningInterrupt);
+    expect_model(model::watchdog_fields::kAll, table);
 }
 
 }  // namespace

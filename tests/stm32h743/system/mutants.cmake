@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the drivers of the system: one rule is taken out of a copy, and the tests of its part must fail.
-foreach(part clock_start)
+foreach(part clock_start watchdogs)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_system
     stm32h743_system_model GTest::gtest)
@@ -65,3 +65,22 @@ sc_system_mutant(clock_start old_revision_too "< kFirstFastRevision" "< 0x1000U"
 sc_system_mutant(clock_start switch_believed "    return becomes(rcc::kCfgr, rcc::kSwitchState, source << rcc::kSwitchStateShift, kSwitchReads);"
   "    return true;")
 sc_system_mutant(clock_start plls_left_on "return {fall_back() ? fault : ClockFault::hsi, kSlow};" "return {fault, kSlow};")
+
+sc_system_mutant(watchdogs not_unlocked "    write32(iwdg::kKr, iwdg::kUnlock);\n" "")
+sc_system_mutant(watchdogs set_before_lsi "    write32(iwdg::kKr, iwdg::kStart);  // starts LSI as well, which the registers below need\n" "")
+sc_system_mutant(watchdogs update_unwaited "!wait_for(iwdg::kSr, iwdg::kPrescalerBusy | iwdg::kReloadBusy, false, kUpdateReads)" "false")
+sc_system_mutant(watchdogs long_first_time "    write32(iwdg::kKr, iwdg::kReload);\n    set_bits" "    set_bits")
+sc_system_mutant(watchdogs resets_nothing "    set_bits(wwdg::kGcr, wwdg::kResetsSystem);\n" "")
+sc_system_mutant(watchdogs no_clock "    set_bits(wwdg::kApb3enr, wwdg::kClock);\n" "")
+sc_system_mutant(watchdogs clock_unsettled "    (void)read32(wwdg::kApb3enr);  // the clock is there two cycles later\n" "")
+sc_system_mutant(watchdogs window_always_open "kOpen | wwdg::kWarning" "kFull | wwdg::kWarning")
+sc_system_mutant(watchdogs no_warning "kOpen | wwdg::kWarning" "kOpen")
+sc_system_mutant(watchdogs fault_feeds "gave_up_ = gave_up_ || !healthy;" "")
+sc_system_mutant(watchdogs fault_is_forgotten "gave_up_ = gave_up_ || !healthy;" "gave_up_ = !healthy;")
+sc_system_mutant(watchdogs window_alone "    write32(wwdg::kCr, wwdg::kActive | kFull);\n    write32(iwdg::kKr, iwdg::kReload);"
+  "    write32(wwdg::kCr, wwdg::kActive | kFull);")
+sc_system_mutant(watchdogs independent_alone "    write32(wwdg::kCr, wwdg::kActive | kFull);\n" "")
+sc_system_mutant(watchdogs one_count_too_few "kLast + Watchdogs::kCounts - 1" "kLast + Watchdogs::kCounts - 5")
+sc_system_mutant(watchdogs any_clock "frequencies.apb_hz != kFast.apb_hz" "frequencies.apb_hz == 0")
+sc_system_mutant(watchdogs remembers_old_resets "    set_bits(rcc::kRsr, rcc::kForgetResets);\n" "")
+sc_system_mutant(watchdogs warning_stands "{ write32(wwdg::kSr, 0); }" "{}")
