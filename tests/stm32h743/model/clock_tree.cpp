@@ -55,7 +55,7 @@ ClockTree::ClockTree(Machine& machine, Faults faults)
       debug_(*this, kDebug) {
     machine.attach(kRcc, 0x400, rcc_);
     machine.attach(kPwr, 0x400, pwr_);
-    machine.attach(kFlash, 4, flash_);
+    machine.attach(kFlash, 0x200, flash_);
     machine.attach(kSyscfg, 0x400, syscfg_);
     machine.attach(kDebug, 4, debug_);
     words_[kCr] = 0x0000'C025;
@@ -183,7 +183,7 @@ void ClockTree::settle() {
 
 std::uint32_t ClockTree::read(std::uint32_t at) {
     settle();
-    if (at == kApb3enr || at == kApb4enr) {
+    if (at == kApb2enr || at == kApb3enr || at == kApb4enr || at == kAhb4enr) {
         settled_[at] = word(at);
     }
     if (at >= kSyscfg && at < kSyscfg + 0x400 && !(on(kSyscfgEn) && settled(kSyscfgEn))) {
@@ -213,7 +213,10 @@ void ClockTree::write(std::uint32_t at, std::uint32_t value, unsigned bytes) {
         case kPll1divr:
         case kPll2divr: return write_pll(at, value);
         case kD2ccip1r: return write_fdcan(value);
+        case kPwrCr1: words_[at] = value; return;
+        case kApb2enr:
         case kApb4enr:
+        case kAhb4enr:
             settled_[at] &= value;
             words_[at] = value;
             return;
@@ -227,7 +230,10 @@ void ClockTree::write(std::uint32_t at, std::uint32_t value, unsigned bytes) {
         case kRsr: words_[at] = (value & kForgetResets.mask()) != 0 ? 0 : word(at); return;
         case kGcr: words_[at] |= value; return;
         case kCsr1:
-        case kDebug: return say("a register that is read alone is written");
+        case kCifr:
+        case kDebug:
+        case kFlashSr1:
+        case kFlashSr2: return say("a register that is read alone is written");
         case kFlash:
             if (faults_.deaf_flash) {
                 return;

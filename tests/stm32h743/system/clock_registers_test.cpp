@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include "boards/stm32h743/registers/clock_power.hpp"
+#include "boards/stm32h743/registers/fault_registers.hpp"
 #include "boards/stm32h743/registers/watchdog.hpp"
+#include "tests/stm32h743/model/core_faults.hpp"
 #include "tests/stm32h743/model/watchdogs.hpp"
 #include "tests/stm32h743/system/register_table.hpp"
 
@@ -31,6 +33,12 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
         {"RCC_APB4ENR", rcc::kApb4enr},
         {"RCC_APB3ENR", wwdg::kApb3enr},
         {"RCC_GCR", wwdg::kGcr},
+        {"RCC_CIFR", fault_registers::kCifr},
+        {"RCC_AHB4ENR", fault_registers::kAhb4enr},
+        {"RCC_APB2ENR", fault_registers::kApb2enr},
+        {"PWR_CR1", fault_registers::kPwrCr1},
+        {"FLASH_SR1", fault_registers::kFlashSr1},
+        {"FLASH_SR2", fault_registers::kFlashSr2},
         {"RCC_RSR", rcc::kRsr},
         {"PWR_CSR1", pwr::kCsr1},
         {"PWR_CR3", pwr::kCr3},
@@ -96,6 +104,14 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
         {"RCC_RSR.SFTRSTF", rcc::kSoftware},
         {"RCC_RSR.IWDG1RSTF", rcc::kIndependentWatchdog},
         {"RCC_RSR.WWDG1RSTF", rcc::kWindowWatchdog},
+        {"RCC_CIFR.HSECSSF", 1U << 10U},
+        {"RCC_AHB4ENR.GPIOEEN", fault_registers::kGpioEClock},
+        {"RCC_AHB4ENR.GPIOFEN", fault_registers::kGpioFClock},
+        {"RCC_AHB4ENR.BKPRAMEN", fault_registers::kBackupRamClock},
+        {"RCC_APB2ENR.TIM1EN", fault_registers::kTim1Clock},
+        {"PWR_CR1.DBP", fault_registers::kUnlockBackup},
+        {"FLASH_SR1.DBECCERR", 1U << 26U},
+        {"FLASH_SR2.DBECCERR", 1U << 26U},
         {"RCC_APB4ENR.SYSCFGEN", rcc::kSyscfgEn},
         {"PWR_CSR1.ACTVOSRDY", pwr::kActualReady},
         {"PWR_CR3.BYPASS", pwr::kBypass},
@@ -150,6 +166,36 @@ TEST(WatchdogRegisters, DriverAndModelHaveWhatTheTableHas) {
     EXPECT_EQ(masks, table.mask);
     EXPECT_EQ(wwdg::kInterrupt, model::WatchdogPair::kWarningInterrupt);
     expect_model(model::watchdog_fields::kAll, table);
+}
+
+TEST(FaultRegisters, DriverAndModelHaveWhatTheTableHas) {
+    namespace regs = fault_registers;
+    const system_test::Table table = system_test::read_table("fault");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"SCB_AIRCR", regs::kAircr},
+        {"SCB_SHCSR", regs::kShcsr},
+        {"SCB_CFSR", regs::kCfsr},
+        {"SCB_HFSR", regs::kHfsr},
+        {"SCB_MMFAR", regs::kMmfar},
+        {"SCB_BFAR", regs::kBfar},
+        {"SCB_ABFSR", regs::kAbfsr},
+        {"GPIOE_MODER", regs::kGpioE + regs::kModer},
+        {"GPIOE_BSRR", regs::kGpioE + regs::kBsrr},
+        {"GPIOF_MODER", regs::kGpioF + regs::kModer},
+        {"GPIOF_BSRR", regs::kGpioF + regs::kBsrr},
+        {"TIM1_BDTR", regs::kTim1Bdtr},
+    };
+    EXPECT_EQ(addresses, table.address);
+    EXPECT_EQ(table.mask.at("SCB_AIRCR.SYSRESETREQ"), regs::kResetRequest & 0xFFFFU);
+    EXPECT_EQ(table.mask.at("SCB_SHCSR.MEMFAULTENA"), regs::kMemManage);
+    EXPECT_EQ(table.mask.at("SCB_SHCSR.BUSFAULTENA"), regs::kBusFault);
+    EXPECT_EQ(table.mask.at("SCB_SHCSR.USGFAULTENA"), regs::kUsageFault);
+    EXPECT_EQ(table.mask.at("SCB_CFSR.MMARVALID"), regs::kMmarValid);
+    EXPECT_EQ(table.mask.at("SCB_CFSR.BFARVALID"), regs::kBfarValid);
+    EXPECT_EQ(table.mask.at("TIM1_BDTR.MOE"), regs::kMainOutput);
+    EXPECT_EQ(model::fault_fields::kBackupRam, regs::kBackupRam);
+    EXPECT_EQ(model::fault_fields::kBackupBytes, regs::kBackupRamBytes);
+    expect_model(model::fault_fields::kAll, table);
 }
 
 }  // namespace

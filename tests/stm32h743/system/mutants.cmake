@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the drivers of the system: one rule is taken out of a copy, and the tests of its part must fail.
-foreach(part clock_start watchdogs)
+foreach(part clock_start watchdogs fault_record)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_system
     stm32h743_system_model GTest::gtest)
@@ -84,3 +84,27 @@ sc_system_mutant(watchdogs one_count_too_few "kLast + Watchdogs::kCounts - 1" "k
 sc_system_mutant(watchdogs any_clock "frequencies.apb_hz != kFast.apb_hz" "frequencies.apb_hz == 0")
 sc_system_mutant(watchdogs remembers_old_resets "    set_bits(rcc::kRsr, rcc::kForgetResets);\n" "")
 sc_system_mutant(watchdogs warning_stands "{ write32(wwdg::kSr, 0); }" "{}")
+
+sc_system_mutant(fault_record mode_first "    write32(port + regs::kBsrr, kPins << 16U);
+    change_bits(port + regs::kModer, modes(kPins, 3), modes(kPins, 1));" "    change_bits(port + regs::kModer, modes(kPins, 3), modes(kPins, 1));
+    write32(port + regs::kBsrr, kPins << 16U);")
+sc_system_mutant(fault_record pins_stay_with_timer "    change_bits(port + regs::kModer, modes(kPins, 3), modes(kPins, 1));\n" "")
+sc_system_mutant(fault_record no_port_clock "    set_bits(regs::kAhb4enr, regs::kGpioEClock | regs::kGpioFClock);\n" "")
+sc_system_mutant(fault_record port_clock_unsettled "    set_bits(regs::kAhb4enr, regs::kGpioEClock | regs::kGpioFClock);
+    (void)read32(regs::kAhb4enr);" "    set_bits(regs::kAhb4enr, regs::kGpioEClock | regs::kGpioFClock);")
+sc_system_mutant(fault_record one_port_alone "    hold_low<kSafeLowF>(regs::kGpioF);\n" "")
+sc_system_mutant(fault_record all_pins "write32(port + regs::kBsrr, kPins << 16U);" "write32(port + regs::kBsrr, 0xFFFF0000U);")
+sc_system_mutant(fault_record main_output_stays "        clear_bits(regs::kTim1Bdtr, regs::kMainOutput);" "")
+sc_system_mutant(fault_record timer_without_clock "if ((read32(regs::kApb2enr) & regs::kTim1Clock) != 0) {" "{")
+sc_system_mutant(fault_record locked "    set_bits(regs::kPwrCr1, regs::kUnlockBackup);\n" "")
+sc_system_mutant(fault_record no_ram_clock "    set_bits(regs::kAhb4enr, regs::kBackupRamClock);\n" "")
+sc_system_mutant(fault_record unchecked "read32(kCheck) != check_of(words)" "read32(kCheck) == 0")
+sc_system_mutant(fault_record no_check_word "    write32(kCheck, check_of(words));\n" "")
+sc_system_mutant(fault_record last_word_lost "    write32(kCheck, check_of(words));
+    // An ECC RAM may hold back its last write until the next one; a reset in between would lose it.
+    write32(kFlush, 0);" "    write32(kCheck, check_of(words));")
+sc_system_mutant(fault_record taken_twice "    write32(kCheck, 0);\n    write32(kFlush, 0);" "")
+sc_system_mutant(fault_record addresses_believed "(record.cfsr & regs::kBfarValid) != 0 ?" "record.cfsr != 0 ?")
+sc_system_mutant(fault_record any_stack "sp % 4 == 0 && sp >= regs::kDtcm && sp - regs::kDtcm <= regs::kDtcmBytes - kFrameBytes" "sp != 0")
+sc_system_mutant(fault_record stack_end_off "regs::kDtcmBytes - kFrameBytes" "regs::kDtcmBytes")
+sc_system_mutant(fault_record zero_is_a_record "return hash | 1U;" "return words[0];")
