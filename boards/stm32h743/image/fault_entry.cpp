@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdint>
+#include <cstdlib>
 
 #include "boards/stm32h743/registers/fault_registers.hpp"
 #include "boards/stm32h743/system/fault_record.hpp"

@@ -42,6 +42,7 @@ inline constexpr std::uint32_t kD2ccip2r = kRcc + 0x54;
 inline constexpr std::uint32_t kGcr = kRcc + 0xA0;
 inline constexpr std::uint32_t kRsr = kRcc + 0xD0;
 inline constexpr std::uint32_t kCifr = kRcc + 0x64;
+inline constexpr std::uint32_t kAhb2enr = kRcc + 0xDC;
 inline constexpr std::uint32_t kAhb4enr = kRcc + 0xE0;
 inline constexpr std::uint32_t kApb2enr = kRcc + 0xF0;
 inline constexpr std::uint32_t kPwrCr1 = kPwr + 0x00;
@@ -109,6 +110,9 @@ inline constexpr Field kSoftReset{"RCC_RSR", "SFTRSTF", kRsr, 24, 1};
 inline constexpr Field kIwdgReset{"RCC_RSR", "IWDG1RSTF", kRsr, 26, 1};
 inline constexpr Field kWwdgReset{"RCC_RSR", "WWDG1RSTF", kRsr, 28, 1};
 inline constexpr Field kHseStopped{"RCC_CIFR", "HSECSSF", kCifr, 10, 1};
+inline constexpr Field kSram1En{"RCC_AHB2ENR", "SRAM1EN", kAhb2enr, 29, 1};
+inline constexpr Field kSram2En{"RCC_AHB2ENR", "SRAM2EN", kAhb2enr, 30, 1};
+inline constexpr Field kSram3En{"RCC_AHB2ENR", "SRAM3EN", kAhb2enr, 31, 1};
 inline constexpr Field kGpioEEn{"RCC_AHB4ENR", "GPIOEEN", kAhb4enr, 4, 1};
 inline constexpr Field kGpioFEn{"RCC_AHB4ENR", "GPIOFEN", kAhb4enr, 5, 1};
 inline constexpr Field kBackupRamEn{"RCC_AHB4ENR", "BKPRAMEN", kAhb4enr, 28, 1};
@@ -130,16 +134,16 @@ inline constexpr Field kOden{"SYSCFG_PWRCR", "ODEN", kPwrcr, 0, 1};
 inline constexpr Field kRevision{"DBGMCU_IDC", "REV_ID", kDebug, 16, 16};
 
 inline constexpr std::array kAll{
-    kHsiOn,       kHsiReady,   kHsiDiv,       kHseOn,    kHseReady,   kHseBypass,   kHseGuard,   kPll1On,
-    kPll1Ready,   kPll2On,     kPll2Ready,    kSw,       kSws,        kTimpre,      kHpre,       kD1ppre,
-    kD1cpre,      kD2ppre1,    kD2ppre2,      kD3ppre,   kPllSource,  kDivm1,       kDivm2,      kFraction1,
-    kMedium1,     kRange1,     kFraction2,    kMedium2,  kRange2,     kDivp1en,     kDivq1en,    kDivr1en,
-    kDivp2en,     kDivq2en,    kDivr2en,      kDivn1,    kDivp1,      kDivq1,       kDivr1,      kDivn2,
-    kDivp2,       kDivq2,      kDivr2,        kFdcanSel, kUsart28Sel, kUsart16Sel,  kSyscfgEn,   kActualReady,
-    kBypass,      kLdoEn,      kScuEn,        kVosReady, kVos,        kLatency,     kWriteDelay, kOden,
-    kRevision,    kWw1rsc,     kForgetResets, kBorReset, kPinReset,   kPorReset,    kSoftReset,  kIwdgReset,
-    kWwdgReset,   kWwdgEn,     kHseStopped,   kGpioEEn,  kGpioFEn,    kBackupRamEn, kTim1En,     kBackupUnlock,
-    kBank1Double, kBank2Double};
+    kHsiOn,       kHsiReady,    kHsiDiv,       kHseOn,    kHseReady,   kHseBypass,   kHseGuard,   kPll1On,
+    kPll1Ready,   kPll2On,      kPll2Ready,    kSw,       kSws,        kTimpre,      kHpre,       kD1ppre,
+    kD1cpre,      kD2ppre1,     kD2ppre2,      kD3ppre,   kPllSource,  kDivm1,       kDivm2,      kFraction1,
+    kMedium1,     kRange1,      kFraction2,    kMedium2,  kRange2,     kDivp1en,     kDivq1en,    kDivr1en,
+    kDivp2en,     kDivq2en,     kDivr2en,      kDivn1,    kDivp1,      kDivq1,       kDivr1,      kDivn2,
+    kDivp2,       kDivq2,       kDivr2,        kFdcanSel, kUsart28Sel, kUsart16Sel,  kSyscfgEn,   kActualReady,
+    kBypass,      kLdoEn,       kScuEn,        kVosReady, kVos,        kLatency,     kWriteDelay, kOden,
+    kRevision,    kWw1rsc,      kForgetResets, kBorReset, kPinReset,   kPorReset,    kSoftReset,  kIwdgReset,
+    kWwdgReset,   kWwdgEn,      kHseStopped,   kGpioEEn,  kGpioFEn,    kBackupRamEn, kTim1En,     kBackupUnlock,
+    kBank1Double, kBank2Double, kSram1En,      kSram2En,  kSram3En};
 
 }  // namespace clock_fields
 }  // namespace sc::model

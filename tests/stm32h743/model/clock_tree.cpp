@@ -183,7 +183,7 @@ void ClockTree::settle() {
 
 std::uint32_t ClockTree::read(std::uint32_t at) {
     settle();
-    if (at == kApb2enr || at == kApb3enr || at == kApb4enr || at == kAhb4enr) {
+    if (at == kApb2enr || at == kApb3enr || at == kApb4enr || at == kAhb2enr || at == kAhb4enr) {
         settled_[at] = word(at);
     }
     if (at >= kSyscfg && at < kSyscfg + 0x400 && !(on(kSyscfgEn) && settled(kSyscfgEn))) {
@@ -216,6 +216,7 @@ void ClockTree::write(std::uint32_t at, std::uint32_t value, unsigned bytes) {
         case kPwrCr1: words_[at] = value; return;
         case kApb2enr:
         case kApb4enr:
+        case kAhb2enr:
         case kAhb4enr:
             settled_[at] &= value;
             words_[at] = value;

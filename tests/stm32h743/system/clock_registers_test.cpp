@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include "boards/stm32h743/registers/clock_power.hpp"
+#include "boards/stm32h743/registers/core_memory.hpp"
 #include "boards/stm32h743/registers/fault_registers.hpp"
 #include "boards/stm32h743/registers/watchdog.hpp"
 #include "tests/stm32h743/model/core_faults.hpp"
+#include "tests/stm32h743/model/core_memory.hpp"
 #include "tests/stm32h743/model/watchdogs.hpp"
 #include "tests/stm32h743/system/register_table.hpp"
 
@@ -34,6 +36,7 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
         {"RCC_APB3ENR", wwdg::kApb3enr},
         {"RCC_GCR", wwdg::kGcr},
         {"RCC_CIFR", fault_registers::kCifr},
+        {"RCC_AHB2ENR", core_memory::kAhb2enr},
         {"RCC_AHB4ENR", fault_registers::kAhb4enr},
         {"RCC_APB2ENR", fault_registers::kApb2enr},
         {"PWR_CR1", fault_registers::kPwrCr1},
@@ -105,6 +108,9 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
         {"RCC_RSR.IWDG1RSTF", rcc::kIndependentWatchdog},
         {"RCC_RSR.WWDG1RSTF", rcc::kWindowWatchdog},
         {"RCC_CIFR.HSECSSF", 1U << 10U},
+        {"RCC_AHB2ENR.SRAM1EN", core_memory::kSram1Clock},
+        {"RCC_AHB2ENR.SRAM2EN", core_memory::kSram2Clock},
+        {"RCC_AHB2ENR.SRAM3EN", core_memory::kSram3Clock},
         {"RCC_AHB4ENR.GPIOEEN", fault_registers::kGpioEClock},
         {"RCC_AHB4ENR.GPIOFEN", fault_registers::kGpioFClock},
         {"RCC_AHB4ENR.BKPRAMEN", fault_registers::kBackupRamClock},
@@ -196,6 +202,42 @@ TEST(FaultRegisters, DriverAndModelHaveWhatTheTableHas) {
     EXPECT_EQ(model::fault_fields::kBackupRam, regs::kBackupRam);
     EXPECT_EQ(model::fault_fields::kBackupBytes, regs::kBackupRamBytes);
     expect_model(model::fault_fields::kAll, table);
+}
+
+TEST(CoreMemoryRegisters, DriverAndModelHaveWhatTheTableHas) {
+    namespace regs = core_memory;
+    const system_test::Table table = system_test::read_table("core_memory");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"SCB_CCR", regs::kCcr},     {"SCB_CSSELR", regs::kCsselr}, {"SCB_ICIALLU", regs::kIciallu},
+        {"SCB_DCISW", regs::kDcisw}, {"MPU_TYPE", regs::kMpuType},  {"MPU_CTRL", regs::kMpuCtrl},
+        {"MPU_RNR", regs::kMpuRnr},  {"MPU_RBAR", regs::kMpuRbar},  {"MPU_RASR", regs::kMpuRasr},
+    };
+    EXPECT_EQ(addresses, table.address);
+    const std::map<std::string, std::uint32_t> masks{
+        {"SCB_CCR.DIV_0_TRP", regs::kDivisionTrap},
+        {"SCB_CCR.DC", regs::kDataCache},
+        {"SCB_CCR.IC", regs::kCodeCache},
+        {"SCB_CSSELR.CSSELR", 15},
+        {"SCB_ICIALLU.ALL", ~0U},
+        {"SCB_DCISW.SET", (regs::kDataCacheSets - 1U) << regs::kSetShift},
+        {"SCB_DCISW.WAY", (regs::kDataCacheWays - 1U) << regs::kWayShift},
+        {"MPU_TYPE.DREGION", regs::kRegionCount},
+        {"MPU_CTRL.ENABLE", regs::kMpuEnable},
+        {"MPU_CTRL.PRIVDEFENA", regs::kDefaultMap},
+        {"MPU_RNR.REGION", 255},
+        {"MPU_RBAR.ADDR", ~31U},
+        {"MPU_RASR.ENABLE", regs::kRegionEnable},
+        {"MPU_RASR.SIZE", regs::kRegionSize},
+        {"MPU_RASR.SRD", 0xFF00},
+        {"MPU_RASR.B", regs::kBufferable},
+        {"MPU_RASR.C", regs::kCacheable},
+        {"MPU_RASR.S", 1U << 18U},
+        {"MPU_RASR.TEX", regs::kTypeExtension},
+        {"MPU_RASR.AP", regs::kAccess},
+        {"MPU_RASR.XN", regs::kNeverExecute},
+    };
+    EXPECT_EQ(masks, table.mask);
+    expect_model(model::core_memory_fields::kAll, table);
 }
 
 }  // namespace

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the drivers of the system: one rule is taken out of a copy, and the tests of its part must fail.
-foreach(part clock_start watchdogs fault_record)
+foreach(part clock_start watchdogs fault_record memory_start)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_system
     stm32h743_system_model GTest::gtest)
+  target_compile_definitions(stm32h743_${part}_tests PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 endforeach()
 
 # part: of whose driver and tests; from, to: texts.
@@ -108,3 +109,28 @@ sc_system_mutant(fault_record addresses_believed "(record.cfsr & regs::kBfarVali
 sc_system_mutant(fault_record any_stack "sp % 4 == 0 && sp >= regs::kDtcm && sp - regs::kDtcm <= regs::kDtcmBytes - kFrameBytes" "sp != 0")
 sc_system_mutant(fault_record stack_end_off "regs::kDtcmBytes - kFrameBytes" "regs::kDtcmBytes")
 sc_system_mutant(fault_record zero_is_a_record "return hash | 1U;" "return words[0];")
+
+sc_system_mutant(memory_start no_clocks "    set_bits(regs::kAhb2enr, regs::kSram1Clock | regs::kSram2Clock | regs::kSram3Clock);\n" "")
+sc_system_mutant(memory_start clocks_unsettled "    (void)read32(regs::kAhb2enr);  // the clock is there two cycles later\n" "")
+sc_system_mutant(memory_start set_while_on "    write32(regs::kMpuCtrl, 0);\n" "")
+sc_system_mutant(memory_start old_regions_stay "            write32(regs::kMpuRasr, 0);\n" "")
+sc_system_mutant(memory_start no_peripherals "regs::kMpuEnable | regs::kDefaultMap" "regs::kMpuEnable")
+sc_system_mutant(memory_start half_as_large "std::bit_width(one.range.bytes)) - 2)" "std::bit_width(one.range.bytes)) - 3)")
+sc_system_mutant(memory_start dma_is_cached "not_cached: word |= regs::kTypeExtension1;"
+  "not_cached: word |= regs::kTypeExtension1 | regs::kCacheable | regs::kBufferable;")
+sc_system_mutant(memory_start everything_executes "one.execute ? 0U : regs::kNeverExecute" "0U")
+sc_system_mutant(memory_start code_is_writable "word |= regs::kReadOnly;" "word |= regs::kReadWrite;")
+sc_system_mutant(memory_start caches_before_protection "    if (!protect()) {
+        return false;
+    }
+    start_data_cache();" "    start_data_cache();
+    if (!protect()) {
+        return false;
+    }")
+sc_system_mutant(memory_start half_invalidated "way < regs::kDataCacheWays" "way < 2")
+sc_system_mutant(memory_start invalidated_while_on "    if ((read32(regs::kCcr) & regs::kDataCache) != 0) {
+        return;
+    }\n" "")
+sc_system_mutant(memory_start old_code_stays "    write32(regs::kIciallu, 0);\n" "")
+sc_system_mutant(memory_start too_few_regions_pass "regions < kProtection.size()" "regions == 0")
+sc_system_mutant(memory_start no_division_trap "    set_bits(regs::kCcr, regs::kDivisionTrap);\n" "")
