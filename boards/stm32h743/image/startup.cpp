@@ -6,6 +6,7 @@
 
 #include "boards/stm32h743/registers/access.hpp"
 #include "boards/stm32h743/registers/core_memory.hpp"
+#include "boards/stm32h743/system/memory_map.hpp"
 #include "boards/stm32h743/system/memory_start.hpp"
 
 extern "C" {
@@ -83,7 +84,7 @@ extern const VectorTable vector_table;
     write32(kVtor, address_of(vectors_in_ram.data()));
     barrier();
     instruction_barrier();
-    if (!start_memory()) {
+    if (!start_memory(address_of(&vector_table) >= memory::kBank2.base ? 2 : 1)) {
         std::abort();
     }
     std::fill(axi_begin, axi_end, 0U);

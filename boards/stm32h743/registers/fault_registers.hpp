@@ -42,9 +42,4 @@ inline constexpr std::uint32_t kUnlockBackup = 1U << 8U;  ///< DBP
 inline constexpr Address kFlashSr1 = 0x52002010;
 inline constexpr Address kFlashSr2 = 0x52002110;
 
-inline constexpr Address kBackupRam = 0x38800000;
-inline constexpr std::uint32_t kBackupRamBytes = 4096;
-inline constexpr Address kDtcm = 0x20000000;
-inline constexpr std::uint32_t kDtcmBytes = 128U * 1024;
-
 }  // namespace sc::stm32h743::fault_registers

@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "boards/stm32h743/registers/fault_registers.hpp"
+#include "boards/stm32h743/system/memory_map.hpp"
 #include "boards/stm32h743/system/pins.hpp"
 
 namespace sc::stm32h743 {
@@ -12,9 +13,10 @@ namespace regs = fault_registers;
 
 namespace {
 
-constexpr Address kCheck = regs::kBackupRam + 4 * kFaultRecordWords;
+constexpr Address kStart = memory::kFaultRecord.base;
+constexpr Address kCheck = kStart + 4 * kFaultRecordWords;
 constexpr Address kFlush = kCheck + 4;
-static_assert(kFlush + 4 == regs::kBackupRam + kFaultRecordBytes);
+static_assert(kFlush + 4 == kStart + kFaultRecordBytes && kFaultRecordBytes <= memory::kFaultRecord.bytes);
 static_assert(sizeof(FaultRecord) == 4 * kFaultRecordWords);
 
 using Words = std::array<std::uint32_t, kFaultRecordWords>;
@@ -79,7 +81,7 @@ FaultRecord gather_fault(std::uint32_t exception, std::uint32_t sp) noexcept {
     record.exception = exception;
     record.tick = tick_now;
     record.sp = sp;
-    if (sp % 4 == 0 && sp >= regs::kDtcm && sp - regs::kDtcm <= regs::kDtcmBytes - kFrameBytes) {
+    if (sp % 4 == 0 && sp >= memory::kDtcm.base && sp - memory::kDtcm.base <= memory::kDtcm.bytes - kFrameBytes) {
         record.lr = read32(sp + 20);
         record.pc = read32(sp + 24);
         record.xpsr = read32(sp + 28);
@@ -104,7 +106,7 @@ void leave_fault_record(const FaultRecord& record) noexcept {
     }
     const Words words = std::bit_cast<Words>(record);
     for (std::size_t i = 0; i < words.size(); ++i) {
-        write32(regs::kBackupRam + 4 * static_cast<Address>(i), words[i]);
+        write32(kStart + 4 * static_cast<Address>(i), words[i]);
     }
     write32(kCheck, check_of(words));
     // An ECC RAM may hold back its last write until the next one; a reset in between would lose it.
@@ -118,7 +120,7 @@ std::optional<FaultRecord> take_fault_record() noexcept {
     }
     Words words{};
     for (std::size_t i = 0; i < words.size(); ++i) {
-        words[i] = read32(regs::kBackupRam + 4 * static_cast<Address>(i));
+        words[i] = read32(kStart + 4 * static_cast<Address>(i));
     }
     if (read32(kCheck) != check_of(words)) {
         return std::nullopt;

@@ -31,7 +31,7 @@ struct FaultRecord {
 };
 
 inline constexpr std::size_t kFaultRecordWords = 14;
-/// At the start of backup RAM: the words, their check word, and a word without meaning.
+/// The words, their check word, and a word without meaning, at memory::kFaultRecord.
 inline constexpr std::uint32_t kFaultRecordBytes = 64;
 
 /// Gate, trigger, power byte, master oscillator, guide laser and shutter low, by direct writes, whatever drove their

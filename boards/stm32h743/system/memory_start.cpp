@@ -27,18 +27,19 @@ constexpr std::uint32_t attributes(const ProtectedRange& one) noexcept {
     return word;
 }
 
-bool protect() noexcept {
+bool protect(unsigned bank) noexcept {
+    const auto plan = protection(bank);
     const std::uint32_t regions = (read32(regs::kMpuType) & regs::kRegionCount) >> regs::kRegionCountShift;
-    if (regions < kProtection.size()) {
+    if (regions < plan.size()) {
         return false;
     }
     barrier();
     write32(regs::kMpuCtrl, 0);
     for (std::uint32_t i = 0; i < regions; ++i) {
         write32(regs::kMpuRnr, i);
-        if (i < kProtection.size()) {
-            write32(regs::kMpuRbar, kProtection[i].range.base);
-            write32(regs::kMpuRasr, attributes(kProtection[i]));
+        if (i < plan.size()) {
+            write32(regs::kMpuRbar, plan[i].range.base);
+            write32(regs::kMpuRasr, attributes(plan[i]));
         } else {
             write32(regs::kMpuRasr, 0);
         }
@@ -83,10 +84,10 @@ void start_code_cache() noexcept {
 
 }  // namespace
 
-bool start_memory() noexcept {
+bool start_memory(unsigned bank) noexcept {
     set_bits(regs::kAhb2enr, regs::kSram1Clock | regs::kSram2Clock | regs::kSram3Clock);
     (void)read32(regs::kAhb2enr);  // the clock is there two cycles later
-    if (!protect()) {
+    if (!protect(bank)) {
         return false;
     }
     start_data_cache();

@@ -9,6 +9,7 @@
 #include "boards/stm32h743/registers/core_memory.hpp"
 #include "boards/stm32h743/registers/fault_registers.hpp"
 #include "boards/stm32h743/registers/watchdog.hpp"
+#include "boards/stm32h743/system/memory_map.hpp"
 #include "tests/stm32h743/model/core_faults.hpp"
 #include "tests/stm32h743/model/core_memory.hpp"
 #include "tests/stm32h743/model/watchdogs.hpp"
@@ -199,8 +200,8 @@ TEST(FaultRegisters, DriverAndModelHaveWhatTheTableHas) {
     EXPECT_EQ(table.mask.at("SCB_CFSR.MMARVALID"), regs::kMmarValid);
     EXPECT_EQ(table.mask.at("SCB_CFSR.BFARVALID"), regs::kBfarValid);
     EXPECT_EQ(table.mask.at("TIM1_BDTR.MOE"), regs::kMainOutput);
-    EXPECT_EQ(model::fault_fields::kBackupRam, regs::kBackupRam);
-    EXPECT_EQ(model::fault_fields::kBackupBytes, regs::kBackupRamBytes);
+    EXPECT_EQ(model::fault_fields::kBackupRam, memory::kBackup.base);
+    EXPECT_EQ(model::fault_fields::kBackupBytes, memory::kBackup.bytes);
     expect_model(model::fault_fields::kAll, table);
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <regex>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -18,6 +19,7 @@ namespace {
 using model::Allowed;
 
 constexpr Allowed kClosed{};
+constexpr Allowed kCode{.read = true, .write = false, .execute = true, .cached = true, .written_late = false};
 constexpr Allowed kData{.read = true, .write = true, .execute = false, .cached = false, .written_late = false};
 
 struct Place {
@@ -27,7 +29,6 @@ struct Place {
 constexpr Place kPlaces[]{
     {0x0000'0000, 0x0000'00FF, kClosed},
     {0x0000'0100, 0x0000'FFFF, {.read = true, .write = false, .execute = true, .cached = false, .written_late = false}},
-    {0x0800'0000, 0x081F'FFFF, {.read = true, .write = false, .execute = true, .cached = true, .written_late = false}},
     {0x1FFF'0000, 0x1FFF'FFFF, kClosed},
     {0x2000'0000, 0x2001'FFFF, kData},
     {0x2400'0000, 0x2407'FFFF, {.read = true, .write = true, .execute = false, .cached = true, .written_late = true}},
@@ -38,8 +39,12 @@ constexpr Place kPlaces[]{
     {0x6000'0000, 0x9FFF'FFFF, kClosed},
 };
 
-void expect_plan(const model::CoreMemory& core) {
-    for (const Place& place : kPlaces) {
+void expect_plan(const model::CoreMemory& core, unsigned bank) {
+    std::vector<Place> places(std::begin(kPlaces), std::end(kPlaces));
+    places.push_back({0x0800'0000, 0x080F'FFFF, bank == 1 ? kCode : kData});
+    places.push_back({0x0810'0000, 0x0817'FFFF, bank == 2 ? kCode : kData});
+    places.push_back({0x0818'0000, 0x081F'FFFF, kData});
+    for (const Place& place : places) {
         for (const std::uint32_t at : {place.first, place.first + (place.last - place.first) / 2, place.last}) {
             EXPECT_EQ(core.allowed(at), place.allowed) << std::hex << at;
         }
@@ -59,8 +64,8 @@ TEST(MemoryStart, FromReset) {
     model::Machine machine;
     const model::ClockTree tree(machine);
     const model::CoreMemory core(machine);
-    ASSERT_TRUE(start_memory());
-    expect_plan(core);
+    ASSERT_TRUE(start_memory(1));
+    expect_plan(core, 1);
     expect_clocks(tree);
     EXPECT_EQ(machine.violations_text(), "");
 }
@@ -70,8 +75,8 @@ TEST(MemoryStart, FromABootLoaderThatOpenedEverything) {
     const model::ClockTree tree(machine);
     model::CoreMemory core(machine);
     core.preset_by_boot_loader();
-    ASSERT_TRUE(start_memory());
-    expect_plan(core);
+    ASSERT_TRUE(start_memory(2));
+    expect_plan(core, 2);
     EXPECT_EQ(machine.violations_text(), "");
 }
 
@@ -79,7 +84,7 @@ TEST(MemoryStart, RefusesACoreWithFewerRegions) {
     model::Machine machine;
     const model::ClockTree tree(machine);
     const model::CoreMemory core(machine, 8);
-    EXPECT_FALSE(start_memory());
+    EXPECT_FALSE(start_memory(1));
     EXPECT_FALSE(core.caches_on());
     EXPECT_EQ(machine.violations_text(), "");
 }
@@ -124,7 +129,7 @@ TEST(MemoryMap, TheLinkerScriptHasTheSameNumbers) {
         {"sram2", range(memory::kSram2)},
         {"sram3", range(memory::kSram3)},
         {"sram4", range(memory::kSram4)},
-        {"backup", range(memory::kRetained)},
+        {"backup", range(memory::kBackupFree)},
     };
     EXPECT_EQ(found, expected);
 }

@@ -106,8 +106,8 @@ sc_system_mutant(fault_record last_word_lost "    write32(kCheck, check_of(words
     write32(kFlush, 0);" "    write32(kCheck, check_of(words));")
 sc_system_mutant(fault_record taken_twice "    write32(kCheck, 0);\n    write32(kFlush, 0);" "")
 sc_system_mutant(fault_record addresses_believed "(record.cfsr & regs::kBfarValid) != 0 ?" "record.cfsr != 0 ?")
-sc_system_mutant(fault_record any_stack "sp % 4 == 0 && sp >= regs::kDtcm && sp - regs::kDtcm <= regs::kDtcmBytes - kFrameBytes" "sp != 0")
-sc_system_mutant(fault_record stack_end_off "regs::kDtcmBytes - kFrameBytes" "regs::kDtcmBytes")
+sc_system_mutant(fault_record any_stack "sp % 4 == 0 && sp >= memory::kDtcm.base && sp - memory::kDtcm.base <= memory::kDtcm.bytes - kFrameBytes" "sp != 0")
+sc_system_mutant(fault_record stack_end_off "memory::kDtcm.bytes - kFrameBytes" "memory::kDtcm.bytes")
 sc_system_mutant(fault_record zero_is_a_record "return hash | 1U;" "return words[0];")
 
 sc_system_mutant(memory_start no_clocks "    set_bits(regs::kAhb2enr, regs::kSram1Clock | regs::kSram2Clock | regs::kSram3Clock);\n" "")
@@ -120,11 +120,11 @@ sc_system_mutant(memory_start dma_is_cached "not_cached: word |= regs::kTypeExte
   "not_cached: word |= regs::kTypeExtension1 | regs::kCacheable | regs::kBufferable;")
 sc_system_mutant(memory_start everything_executes "one.execute ? 0U : regs::kNeverExecute" "0U")
 sc_system_mutant(memory_start code_is_writable "word |= regs::kReadOnly;" "word |= regs::kReadWrite;")
-sc_system_mutant(memory_start caches_before_protection "    if (!protect()) {
+sc_system_mutant(memory_start caches_before_protection "    if (!protect(bank)) {
         return false;
     }
     start_data_cache();" "    start_data_cache();
-    if (!protect()) {
+    if (!protect(bank)) {
         return false;
     }")
 sc_system_mutant(memory_start half_invalidated "way < regs::kDataCacheWays" "way < 2")
@@ -132,5 +132,6 @@ sc_system_mutant(memory_start invalidated_while_on "    if ((read32(regs::kCcr) 
         return;
     }\n" "")
 sc_system_mutant(memory_start old_code_stays "    write32(regs::kIciallu, 0);\n" "")
-sc_system_mutant(memory_start too_few_regions_pass "regions < kProtection.size()" "regions == 0")
+sc_system_mutant(memory_start too_few_regions_pass "regions < plan.size()" "regions == 0")
 sc_system_mutant(memory_start no_division_trap "    set_bits(regs::kCcr, regs::kDivisionTrap);\n" "")
+sc_system_mutant(memory_start wrong_bank "const auto plan = protection(bank);" "const auto plan = protection(3 - bank);")
