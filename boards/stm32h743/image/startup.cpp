@@ -3,9 +3,11 @@
 #include <array>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
 
 #include "boards/stm32h743/registers/access.hpp"
 #include "boards/stm32h743/registers/core_memory.hpp"
+#include "boards/stm32h743/system/interrupts.hpp"
 #include "boards/stm32h743/system/memory_map.hpp"
 #include "boards/stm32h743/system/memory_start.hpp"
 
@@ -35,6 +37,18 @@ extern const Constructor init_array_end[];
 
 void fault_handler();
 [[noreturn]] void board_main();
+
+// Where the drivers enter. The linker script gives fault_handler to those that an image has not.
+void exti9_5_isr();
+void tim7_isr();
+void dma1_stream0_isr();
+void usart2_isr();
+void usart6_isr();
+void uart4_isr();
+void fdcan1_it0_isr();
+void fdcan2_it0_isr();
+void usart3_isr();
+void pendsv_isr();
 
 union Vector {
     std::uint32_t* stack;
@@ -98,12 +112,34 @@ extern const VectorTable vector_table;
     board_main();
 }
 
-// Whoever has an interrupt names its handler in its own table (interrupts.hpp); the others are faults.
+struct Entry {
+    int number;
+    void (*handler)();
+};
+constexpr Entry kEntries[]{{23, exti9_5_isr},      {55, tim7_isr},
+                           {11, dma1_stream0_isr}, {38, usart2_isr},
+                           {71, usart6_isr},       {52, uart4_isr},
+                           {19, fdcan1_it0_isr},   {20, fdcan2_it0_isr},
+                           {39, usart3_isr},       {sc::stm32h743::kPendSv, pendsv_isr}};
+/// Each context of interrupts.hpp is entered, and nothing else is.
+constexpr bool entries_are_complete() {
+    using namespace sc::stm32h743;
+    const auto interrupts = std::ranges::count_if(kContexts, [](const Context& one) { return one.number != kThread; });
+    return interrupts == std::ssize(kEntries) && std::ranges::all_of(kEntries, [](const Entry& entry) {
+               return std::ranges::any_of(kContexts, [&](const Context& one) { return one.number == entry.number; });
+           });
+}
+static_assert(entries_are_complete());
+
+// What has no entry is a fault; so is the warning of the window watchdog, which leaves a record of where it came.
 [[gnu::section(".vectors"), gnu::used]] constinit const VectorTable vector_table = [] {
     VectorTable table{};
     table.fill(Vector{.handler = fault_handler});
     table[0].stack = stack_top;
     table[1].handler = reset_handler;
+    for (const Entry& entry : kEntries) {
+        table[static_cast<std::size_t>(static_cast<int>(kFirstInterrupt) + entry.number)].handler = entry.handler;
+    }
     return table;
 }();
 

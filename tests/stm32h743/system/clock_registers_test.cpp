@@ -8,10 +8,12 @@
 #include "boards/stm32h743/registers/clock_power.hpp"
 #include "boards/stm32h743/registers/core_memory.hpp"
 #include "boards/stm32h743/registers/fault_registers.hpp"
+#include "boards/stm32h743/registers/nvic.hpp"
 #include "boards/stm32h743/registers/watchdog.hpp"
 #include "boards/stm32h743/system/memory_map.hpp"
 #include "tests/stm32h743/model/core_faults.hpp"
 #include "tests/stm32h743/model/core_memory.hpp"
+#include "tests/stm32h743/model/interrupt_control.hpp"
 #include "tests/stm32h743/model/watchdogs.hpp"
 #include "tests/stm32h743/system/register_table.hpp"
 
@@ -239,6 +241,26 @@ TEST(CoreMemoryRegisters, DriverAndModelHaveWhatTheTableHas) {
     };
     EXPECT_EQ(masks, table.mask);
     expect_model(model::core_memory_fields::kAll, table);
+}
+
+TEST(InterruptRegisters, DriverAndModelHaveWhatTheTableHas) {
+    const system_test::Table table = system_test::read_table("nvic");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"NVIC_ISER0", nvic::kIser},
+        {"NVIC_ICER0", nvic::kIcer},
+        {"NVIC_ICPR0", nvic::kIcpr},
+        {"NVIC_IPR0", nvic::kIpr},
+        {"SCB_ICSR", nvic::kIcsr},
+        {"SCB_AIRCR", nvic::kAircr},
+        {"SCB_SHPR1", nvic::kFaultPriorities},
+        {"SCB_SHPR3", nvic::kPendSvPriority - 2},
+    };
+    EXPECT_EQ(addresses, table.address);
+    EXPECT_EQ(table.mask.at("SCB_ICSR.PENDSVSET"), nvic::kPendPendSv);
+    EXPECT_EQ(table.mask.at("SCB_AIRCR.PRIGROUP"), nvic::kGroups);
+    EXPECT_EQ(table.mask.at("NVIC_IPR0.PRI_N0"), 15U << nvic::kPriorityShift);
+    EXPECT_EQ(table.mask.at("SCB_SHPR3.PRI_14"), 15U << nvic::kPriorityShift << 16U);
+    expect_model(model::nvic_fields::kAll, table);
 }
 
 }  // namespace

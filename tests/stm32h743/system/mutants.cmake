@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the drivers of the system: one rule is taken out of a copy, and the tests of its part must fail.
-foreach(part clock_start watchdogs fault_record memory_start)
+foreach(part clock_start watchdogs fault_record memory_start interrupts)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_system
     stm32h743_system_model GTest::gtest)
-  target_compile_definitions(stm32h743_${part}_tests PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  target_compile_definitions(stm32h743_${part}_tests PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    SC_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
 endforeach()
 
 # part: of whose driver and tests; from, to: texts.
@@ -135,3 +136,16 @@ sc_system_mutant(memory_start old_code_stays "    write32(regs::kIciallu, 0);\n"
 sc_system_mutant(memory_start too_few_regions_pass "regions < plan.size()" "regions == 0")
 sc_system_mutant(memory_start no_division_trap "    set_bits(regs::kCcr, regs::kDivisionTrap);\n" "")
 sc_system_mutant(memory_start wrong_bank "const auto plan = protection(bank);" "const auto plan = protection(3 - bank);")
+
+sc_system_mutant(interrupts old_ones_stay_on "        write32(nvic::kIcer + 4 * i, ~0U);\n" "")
+sc_system_mutant(interrupts old_ones_stay_pending "        write32(nvic::kIcpr + 4 * i, ~0U);\n" "")
+sc_system_mutant(interrupts few_words "i < nvic::kWords" "i < 2")
+sc_system_mutant(interrupts no_key "nvic::kKey | nvic::kAllPreempt" "nvic::kAllPreempt")
+sc_system_mutant(interrupts nobody_breaks_in "nvic::kKey | nvic::kAllPreempt" "nvic::kKey | nvic::kGroups")
+sc_system_mutant(interrupts unshifted "one.priority << nvic::kPriorityShift" "one.priority")
+sc_system_mutant(interrupts servo_breaks_in "            write8(nvic::kPendSvPriority, byte);\n" "")
+sc_system_mutant(interrupts warning_has_no_priority "    write8(nvic::kIpr, 0);  // the watchdog's warning\n" "")
+sc_system_mutant(interrupts faults_wait "    write32(nvic::kFaultPriorities, 0);\n" "")
+sc_system_mutant(interrupts pending_from_before "    write32(nvic::kIcpr + word, bit);  // what came before the driver was ready\n" "")
+sc_system_mutant(interrupts anything_goes "number < 0 || !known" "number < 0 || number >= 150")
+sc_system_mutant(interrupts wrong_word "4 * (number / 32)" "number / 32")
