@@ -60,6 +60,17 @@ public:
     void fail_next(std::uint32_t flags) { fail_ = flags; }
     /// Cells as they are, for tests to look at and to fill.
     [[nodiscard]] std::vector<std::uint8_t>& cells() { return cells_; }
+    /// What the cells hold, to go back to.
+    struct Content {
+        std::vector<std::uint8_t> cells;
+        std::vector<bool> lost;
+    };
+    [[nodiscard]] Content content() const { return {cells_, lost_}; }
+    void set_content(const Content& content) {
+        cells_ = content.cells;
+        lost_ = content.lost;
+        cache_.clear();
+    }
     /// Both banks.
     [[nodiscard]] bool locked() const { return (banks_[0].control & banks_[1].control & 1U) != 0; }
     /// The core's configuration and fault registers are as after a start.

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the store: one rule is taken out of a copy of a source, and its tests must fail.
 # `part`: of whose source and tests.
-foreach(part flash_memory)
+foreach(part flash_memory flash_store flash_parameters)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_store
-    stm32h743_store_model GTest::gtest)
+    stm32h743_store_model firmware_store GTest::gtest)
 endforeach()
 
 function(sc_store_mutant part name from to)
@@ -19,7 +19,7 @@ function(sc_store_mutant part name from to)
   file(CONFIGURE OUTPUT "${out}" CONTENT "${mutant}" @ONLY)
   add_executable(${part}_mutant_${name} $<TARGET_OBJECTS:stm32h743_${part}_tests> "${out}")
   target_link_libraries(${part}_mutant_${name} PRIVATE sc_warnings sc_sanitizers boards_stm32h743_store
-    stm32h743_store_model GTest::gtest GTest::gtest_main)
+    stm32h743_store_model firmware_store GTest::gtest GTest::gtest_main)
   set_target_properties(${part}_mutant_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
   add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1)
   set_tests_properties(unit.${part}_mutant_${name} PROPERTIES LABELS unit WILL_FAIL TRUE TIMEOUT 60)
@@ -43,3 +43,30 @@ sc_store_mutant(flash_memory not_read_back "&& !reads_back()" "&& failure_ == 1 
 sc_store_mutant(flash_memory not_locked_after "    write32(regs::kCr + bank_, regs::kLock);\n" "")
 sc_store_mutant(flash_memory no_limit "if (now_ms - since_ms_ <=" "if (now_ms - now_ms <=")
 sc_store_mutant(flash_memory other_bank "? 0 : regs::kBank2" "? regs::kBank2 : 0")
+
+sc_store_mutant(flash_store in_place "phase_ == Phase::append ? active_ : 1 - active_;" "active_;")
+sc_store_mutant(flash_store no_erase "room() ? Phase::append : Phase::erase" "room() ? Phase::append : Phase::seal")
+sc_store_mutant(flash_store no_copy "        copy_key_ = 0;\n" "        copy_key_ = kKeys;\n")
+sc_store_mutant(flash_store head_first "        slot_ = 1;\n        next_copy();" "        slot_ = 1;\n        active_ = 1 - active_;\n        next_copy();")
+sc_store_mutant(flash_store older_sector "generations[1] >= generations[0]" "generations[1] < generations[0]")
+sc_store_mutant(flash_store generation_stays "put(generation_ + 1)" "put(generation_)")
+sc_store_mutant(flash_store unchecked "crc != of.value()" "crc == 0")
+sc_store_mutant(flash_store not_left_out "next_ = last_ + 2" "next_ = last_ + 1")
+sc_store_mutant(flash_store ends_at_a_gap "slot - last_ <= kMostBlank" "slot - last_ <= 1")
+sc_store_mutant(flash_store same_slot_again "        ++slot_;\n        return Progress::working;" "        return Progress::working;")
+sc_store_mutant(flash_store first_counts "        at_[head.key] = static_cast<std::uint16_t>(slot);"
+  "        at_[head.key] = at_[head.key] != 0 ? at_[head.key] : static_cast<std::uint16_t>(slot);")
+sc_store_mutant(flash_store drop_forgotten "head.kind == Kind::drop" "head.kind == Kind::drop && slot == 0")
+sc_store_mutant(flash_store marking_fails "return Progress::put_off" "return failed()")
+sc_store_mutant(flash_store half_a_record "if (well && ++word_ < writing_.size()) {" "if (well && ++word_ < 1) {")
+sc_store_mutant(flash_store steals_work "        return Progress::working;  // for somebody else"
+  "        (void)flash_->step(0);")
+
+sc_store_mutant(flash_parameters copy_before_flash "    if (!ended(progress)) {" "    if (!ended(progress) && now_ms == 0) {")
+sc_store_mutant(flash_parameters failed_is_done "if (progress == FlashStore::Progress::done) {\n        in_flash_"
+  "if (ended(progress)) {\n        in_flash_")
+sc_store_mutant(flash_parameters marks_at_once "    in_flash_ = true;\n" "")
+sc_store_mutant(flash_parameters flash_before_backup "if (!record && fired.record())" "if (fired.record())")
+sc_store_mutant(flash_parameters not_written_back "        retained.write(*record);\n" "")
+sc_store_mutant(flash_parameters same_number "return false;\n    }\n    wanted_ = record;" "return false;\n    }\n    wanted_ = JobRecord{};")
+sc_store_mutant(flash_parameters whole_erased "store_->drop(slot * kUnits, kUnits)" "store_->drop(0, kKeysUsed)")
