@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "boards/stm32h743/registers/flash.hpp"
+#include "boards/stm32h743/store/fault_guard.hpp"
 
 namespace sc::stm32h743 {
 namespace {
@@ -22,34 +23,6 @@ Address bank_of(Address at) noexcept { return at < FlashMemory::kStart + kBankBy
 bool is_word(Address at) noexcept {
     return at >= FlashMemory::kStart && at - FlashMemory::kStart < 2 * kBankBytes && at % FlashMemory::kWordBytes == 0;
 }
-
-/// While one lives a load that fails is no fault: the flags tell of it.
-class FaultGuard {
-public:
-    FaultGuard() noexcept {
-#if defined(__arm__)
-        asm volatile("mrs %0, faultmask\n\tcpsid f" : "=r"(mask_)::"memory");
-#endif
-        set_bits(regs::kScbCcr, regs::kIgnoreBusFaults);
-        barrier();
-    }
-    FaultGuard(const FaultGuard&) = delete;
-    FaultGuard& operator=(const FaultGuard&) = delete;
-    ~FaultGuard() {
-        barrier();
-        write32(regs::kCfsr, regs::kPreciseBusFault | regs::kBusFaultAddress);
-        clear_bits(regs::kScbCcr, regs::kIgnoreBusFaults);
-        barrier();
-#if defined(__arm__)
-        asm volatile("msr faultmask, %0" ::"r"(mask_) : "memory");
-#endif
-    }
-
-private:
-#if defined(__arm__)
-    std::uint32_t mask_ = 0;
-#endif
-};
 
 }  // namespace
 

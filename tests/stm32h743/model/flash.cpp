@@ -27,9 +27,6 @@ constexpr std::uint32_t kSneccerr = 0x02000000;
 constexpr std::uint32_t kDbeccerr = 0x04000000;
 constexpr std::uint32_t kErrors = kWrperr | kPgserr | kStrberr | kIncerr | kOperr | kRdperr | kRdserr;
 constexpr std::uint32_t kClearable = 0x0FEF0000;
-constexpr std::uint32_t kIgnoreFaults = 0x100;
-constexpr std::uint32_t kPreciseFault = 0x0200;
-constexpr std::uint32_t kFaultAddress = 0x8000;
 constexpr std::uint32_t kBankWords = Flash::kBytes / 2 / Flash::kWord;
 constexpr std::uint32_t kSectorWords = Flash::kSector / Flash::kWord;
 
@@ -54,22 +51,21 @@ const std::map<std::string, std::uint32_t> Flash::kMasks{
     {"FLASH_SR1.RDSERR", kRdserr},
     {"FLASH_SR1.SNECCERR", kSneccerr},
     {"FLASH_SR1.DBECCERR", kDbeccerr},
-    {"SCB_CCR.BFHFNMIGN", kIgnoreFaults},
-    {"SCB_CFSR.PRECISERR", kPreciseFault},
-    {"SCB_CFSR.BFARVALID", kFaultAddress},
 };
 
-Flash::Flash(Machine& machine) : machine_(machine), cells_(kBytes, 0xFF), lost_(kBytes / kWord, false) {
+Flash::Flash(Machine& machine)
+    : machine_(machine),
+      core_(machine, [this](std::uint32_t at) { cache_.erase((at - kArray) / kWord); }),
+      cells_(kBytes, 0xFF),
+      lost_(kBytes / kWord, false) {
     machine.attach(kRegisters, 0x200, registers_);
     machine.attach(kArray, kBytes, array_);
-    machine.attach(kCore, 0x300, core_);
 }
 
 void Flash::power_on() {
     banks_ = {};
     cache_.clear();
-    core_configuration_ = kCoreStart;
-    core_faults_ = 0;
+    core_.reset();
     dead_ = false;
     left_ = -1;
     fail_ = 0;
@@ -114,26 +110,6 @@ void Flash::Registers::act(std::int64_t now_ns) {
         if (flash_.banks_.at(i).until_ns <= now_ns) {
             flash_.end(flash_.banks_.at(i), i);
         }
-    }
-}
-
-std::uint32_t Flash::Core::read(std::uint32_t offset) {
-    switch (offset) {
-        case kCoreConfiguration: return flash_.core_configuration_;
-        case kCoreFaults: return flash_.core_faults_;
-        default: flash_.machine_.violation("core: a register that is not modelled is read"); return 0;
-    }
-}
-
-void Flash::Core::write(std::uint32_t offset, std::uint32_t value, unsigned bytes) {
-    if (bytes != 4) {
-        flash_.machine_.violation("core: registers are words");
-    }
-    switch (offset) {
-        case kCoreConfiguration: flash_.core_configuration_ = value; break;
-        case kCoreFaults: flash_.core_faults_ &= ~value; break;
-        case kForgetLine: flash_.cache_.erase((value - kArray) / kWord); break;
-        default: flash_.machine_.violation("core: a register that is not modelled is written"); break;
     }
 }
 
@@ -198,10 +174,7 @@ std::uint32_t Flash::load(std::uint32_t offset) {
     }
     if (lost_.at(word)) {
         bank.status |= kDbeccerr;
-        core_faults_ |= kPreciseFault | kFaultAddress;
-        if ((core_configuration_ & kIgnoreFaults) == 0) {
-            machine_.violation("core: bus fault by a word that ECC cannot put right");
-        }
+        core_.bus_fault("a word of the flash that ECC cannot put right");
         return static_cast<std::uint32_t>(random_());
     }
     std::array<std::uint32_t, 8> line{};

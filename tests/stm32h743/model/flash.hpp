@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/stm32h743/model/core.hpp"
 #include "tests/stm32h743/model/machine.hpp"
 
 /// The embedded flash with its two banks, their ECC and keys, a data cache before it, and power that goes at any word.
@@ -24,10 +25,6 @@ public:
     static constexpr std::uint32_t kControl = 0x0C;
     static constexpr std::uint32_t kStatus = 0x10;
     static constexpr std::uint32_t kClear = 0x14;
-    static constexpr std::uint32_t kCore = 0xE000ED00;
-    static constexpr std::uint32_t kCoreConfiguration = 0x14;
-    static constexpr std::uint32_t kCoreFaults = 0x28;
-    static constexpr std::uint32_t kForgetLine = 0x25C;
     static constexpr std::uint32_t kBytes = 2U << 20U;
     static constexpr std::uint32_t kWord = 32;
     static constexpr std::uint32_t kSector = 128U << 10U;
@@ -73,11 +70,9 @@ public:
     }
     /// Both banks.
     [[nodiscard]] bool locked() const { return (banks_[0].control & banks_[1].control & 1U) != 0; }
-    /// The core's configuration and fault registers are as after a start.
-    [[nodiscard]] bool core_is_clean() const { return core_configuration_ == kCoreStart && core_faults_ == 0; }
+    [[nodiscard]] Core& core() { return core_; }
 
 private:
-    static constexpr std::uint32_t kCoreStart = 0x00040200;
     struct Bank {
         std::uint32_t control = 1;
         std::uint32_t status = 0;
@@ -105,13 +100,6 @@ private:
         }
         Flash& flash_;
     };
-    struct Core final : Peripheral {
-        explicit Core(Flash& flash) : flash_(flash) {}
-        [[nodiscard]] std::uint32_t read(std::uint32_t offset) override;
-        void write(std::uint32_t offset, std::uint32_t value, unsigned bytes) override;
-        Flash& flash_;
-    };
-
     void key(Bank& bank, std::uint32_t value);
     void control(Bank& bank, std::uint32_t value);
     [[nodiscard]] std::uint32_t load(std::uint32_t offset);
@@ -124,12 +112,11 @@ private:
     [[nodiscard]] bool blank(std::uint32_t word) const;
 
     Machine& machine_;
+    Core core_;
     std::vector<std::uint8_t> cells_;
     std::vector<bool> lost_;
     std::array<Bank, 2> banks_{};
     std::map<std::uint32_t, std::array<std::uint32_t, 8>> cache_;
-    std::uint32_t core_configuration_ = kCoreStart;
-    std::uint32_t core_faults_ = 0;
     std::int64_t erase_ns_ = 1'000'000'000;
     std::int64_t program_ns_ = 100'000;
     unsigned works_ = 0;
@@ -140,7 +127,6 @@ private:
     std::mt19937 random_{1};
     Registers registers_{*this};
     Array array_{*this};
-    Core core_{*this};
 };
 
 }  // namespace sc::model

@@ -26,7 +26,7 @@ protected:
     FlashMemoryTest() { memory.set_marking(false); }
     ~FlashMemoryTest() override {
         EXPECT_EQ(machine.violations_text(), "");
-        EXPECT_TRUE(chip.core_is_clean());
+        EXPECT_TRUE(chip.core().clean());
     }
     FlashMemoryTest(const FlashMemoryTest&) = delete;
     FlashMemoryTest& operator=(const FlashMemoryTest&) = delete;

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the store: one rule is taken out of a copy of a source, and its tests must fail.
 # `part`: of whose source and tests.
-foreach(part flash_memory flash_store flash_parameters)
+foreach(part backup_ram flash_memory flash_store flash_parameters)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_store
     stm32h743_store_model firmware_store GTest::gtest)
@@ -33,9 +33,7 @@ sc_store_mutant(flash_memory no_program_bit "regs::kProgram | regs::kSize64" "re
 sc_store_mutant(flash_memory too_fast "const bool at_work = (flags & kAtWork) != 0" "const bool at_work = (flags & regs::kBufferNotEmpty) != 0")
 sc_store_mutant(flash_memory twice "read_now == Read::lost || !erased(there)" "read_now == Read::lost")
 sc_store_mutant(flash_memory cache_stands "    write32(regs::kDcimvac, at);\n" "")
-sc_store_mutant(flash_memory bus_fault "        set_bits(regs::kScbCcr, regs::kIgnoreBusFaults);\n" "")
-sc_store_mutant(flash_memory guard_stays "        clear_bits(regs::kScbCcr, regs::kIgnoreBusFaults);\n" "")
-sc_store_mutant(flash_memory fault_stands "        write32(regs::kCfsr, regs::kPreciseBusFault | regs::kBusFaultAddress);\n" "")
+sc_store_mutant(flash_memory no_guard "        const FaultGuard guard;\n" "")
 sc_store_mutant(flash_memory lost_flag_stands "write32(regs::kCcr + bank, regs::kDoubleError" "write32(regs::kCcr + bank, (regs::kDoubleError & 0U)")
 sc_store_mutant(flash_memory reads_while_working "    if ((read32(regs::kSr + bank) & kAtWork) != 0) {\n        return Read::away;\n    }\n" "")
 sc_store_mutant(flash_memory writes_while_marking "if (marking_) {" "if (failure_ == 1) {")
@@ -70,3 +68,14 @@ sc_store_mutant(flash_parameters flash_before_backup "if (!record && fired.recor
 sc_store_mutant(flash_parameters not_written_back "        retained.write(*record);\n" "")
 sc_store_mutant(flash_parameters same_number "return false;\n    }\n    wanted_ = record;" "return false;\n    }\n    wanted_ = JobRecord{};")
 sc_store_mutant(flash_parameters whole_erased "store_->drop(slot * kUnits, kUnits)" "store_->drop(0, kKeysUsed)")
+
+sc_store_mutant(backup_ram no_clock "    set_bits(regs::kAhb4enr, regs::kRamClock);\n" "")
+sc_store_mutant(backup_ram regulator_first "    set_bits(regs::kPwrCr1, regs::kAccess);\n"
+  "    set_bits(regs::kPwrCr2, regs::kRegulator);\n    set_bits(regs::kPwrCr1, regs::kAccess);\n")
+sc_store_mutant(backup_ram no_regulator "    set_bits(regs::kPwrCr2, regs::kRegulator);\n" "")
+sc_store_mutant(backup_ram not_waited "if (!wait_for(regs::kPwrCr2, regs::kRegulatorReady, true, kReadsForRegulator)) {"
+  "if (kReadsForRegulator == 0) {")
+sc_store_mutant(backup_ram no_guard "    const FaultGuard guard;\n    (void)read32(at);\n"
+  "    (void)read32(at);\n    const FaultGuard guard;\n")
+sc_store_mutant(backup_ram lost_words_stay "            write32(at, 0);\n" "")
+sc_store_mutant(backup_ram half_the_ram "kBackupRam + kBackupRamBytes; at" "kBackupRam + kRetainedBytes; at")

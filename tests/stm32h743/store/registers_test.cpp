@@ -7,7 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include "boards/stm32h743/registers/backup.hpp"
 #include "boards/stm32h743/registers/flash.hpp"
+#include "boards/stm32h743/store/backup_ram.hpp"
+#include "tests/stm32h743/model/backup_ram.hpp"
 #include "tests/stm32h743/model/flash.hpp"
 
 namespace sc::stm32h743 {
@@ -18,9 +21,9 @@ struct Table {
     std::map<std::string, std::uint32_t> mask;  ///< REGISTER.FIELD
 };
 
-Table read_table() {
+Table read_table(const std::string& name) {
     Table table;
-    std::ifstream file(SC_TEST_DATA "/stm32h743/flash.csv");
+    std::ifstream file(SC_TEST_DATA "/stm32h743/" + name);
     std::string line;
     std::getline(file, line);
     while (std::getline(file, line)) {
@@ -40,7 +43,7 @@ Table read_table() {
 
 TEST(FlashRegisters, TheDriverHasWhatTheTableHas) {
     namespace regs = flash_registers;
-    const Table table = read_table();
+    const Table table = read_table("flash.csv");
     const std::map<std::string, std::uint32_t> addresses{
         {"FLASH_KEYR1", regs::kKeyr},
         {"FLASH_CR1", regs::kCr},
@@ -82,8 +85,9 @@ TEST(FlashRegisters, TheDriverHasWhatTheTableHas) {
 }
 
 TEST(FlashRegisters, TheModelHasWhatTheTableHas) {
+    using model::Core;
     using model::Flash;
-    const Table table = read_table();
+    const Table table = read_table("flash.csv");
     const std::map<std::string, std::uint32_t> addresses{
         {"FLASH_KEYR1", Flash::kRegisters + Flash::kKey},
         {"FLASH_CR1", Flash::kRegisters + Flash::kControl},
@@ -93,12 +97,46 @@ TEST(FlashRegisters, TheModelHasWhatTheTableHas) {
         {"FLASH_CR2", Flash::kRegisters + Flash::kSecondBank + Flash::kControl},
         {"FLASH_SR2", Flash::kRegisters + Flash::kSecondBank + Flash::kStatus},
         {"FLASH_CCR2", Flash::kRegisters + Flash::kSecondBank + Flash::kClear},
-        {"SCB_CCR", Flash::kCore + Flash::kCoreConfiguration},
-        {"SCB_CFSR", Flash::kCore + Flash::kCoreFaults},
-        {"SCB_DCIMVAC", Flash::kCore + Flash::kForgetLine},
+        {"SCB_CCR", Core::kBase + Core::kConfiguration},
+        {"SCB_CFSR", Core::kBase + Core::kFaults},
+        {"SCB_DCIMVAC", Core::kBase + Core::kForgetLine},
     };
     EXPECT_EQ(addresses, table.address);
-    EXPECT_EQ(Flash::kMasks, table.mask);
+    std::map<std::string, std::uint32_t> masks = Flash::kMasks;
+    masks.insert(Core::kMasks.begin(), Core::kMasks.end());
+    EXPECT_EQ(masks, table.mask);
+}
+
+TEST(BackupRegisters, TheDriverHasWhatTheTableHas) {
+    namespace regs = backup_registers;
+    const Table table = read_table("backup_ram.csv");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"RCC_AHB4ENR", regs::kAhb4enr},
+        {"PWR_CR1", regs::kPwrCr1},
+        {"PWR_CR2", regs::kPwrCr2},
+        {"BKPSRAM", kBackupRam},
+    };
+    const std::map<std::string, std::uint32_t> masks{
+        {"RCC_AHB4ENR.BKPRAMEN", regs::kRamClock},
+        {"PWR_CR1.DBP", regs::kAccess},
+        {"PWR_CR2.BREN", regs::kRegulator},
+        {"PWR_CR2.BRRDY", regs::kRegulatorReady},
+    };
+    EXPECT_EQ(addresses, table.address);
+    EXPECT_EQ(masks, table.mask);
+}
+
+TEST(BackupRegisters, TheModelHasWhatTheTableHas) {
+    using model::BackupRam;
+    const Table table = read_table("backup_ram.csv");
+    const std::map<std::string, std::uint32_t> addresses{
+        {"RCC_AHB4ENR", BackupRam::kClocks},
+        {"PWR_CR1", BackupRam::kPower + BackupRam::kPowerControl1},
+        {"PWR_CR2", BackupRam::kPower + BackupRam::kPowerControl2},
+        {"BKPSRAM", BackupRam::kRam},
+    };
+    EXPECT_EQ(addresses, table.address);
+    EXPECT_EQ(BackupRam::kMasks, table.mask);
 }
 
 }  // namespace
