@@ -42,6 +42,7 @@ public:
 
     /// True while the laser may come on. Work that has begun goes on.
     void set_marking(bool marking) noexcept { marking_ = marking; }
+    [[nodiscard]] bool marking() const noexcept { return marking_; }
     Begin erase(unsigned sector) noexcept;
     Begin program(Address at, const Word& bytes) noexcept;
     /// How the work goes on; `done` and `failed` are told once. A word that does not read back as it was written has

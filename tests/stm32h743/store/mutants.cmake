@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of the store: one rule is taken out of a copy of a source, and its tests must fail.
 # `part`: of whose source and tests.
-foreach(part backup_ram flash_memory flash_store flash_parameters)
+foreach(part backup_ram flash_memory flash_store flash_parameters slots)
   add_library(stm32h743_${part}_tests OBJECT "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
   target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers boards_stm32h743_store
     stm32h743_store_model firmware_store GTest::gtest)
@@ -79,3 +79,24 @@ sc_store_mutant(backup_ram no_guard "    const FaultGuard guard;\n    (void)read
   "    (void)read32(at);\n    const FaultGuard guard;\n")
 sc_store_mutant(backup_ram lost_words_stay "            write32(at, 0);\n" "")
 sc_store_mutant(backup_ram half_the_ram "kBackupRam + kBackupRamBytes; at" "kBackupRam + kRetainedBytes; at")
+
+sc_store_mutant(slots trial_without_end "static_cast<std::uint8_t>(starts + 1)" "starts")
+sc_store_mutant(slots starts_what_is_not_whole "next.state[index(one)] == state && verified[index(one)]"
+  "next.state[index(one)] == state")
+sc_store_mutant(slots tries_what_is_not_whole "!verified[index(one)] || starts >= kTrialStarts" "starts >= kTrialStarts")
+sc_store_mutant(slots older_starts "{next.newest, other(next.newest)}) {" "{other(next.newest), next.newest}) {")
+sc_store_mutant(slots not_counted_first "if (record != next && (record || slot)) {" "if (!record && slot) {")
+sc_store_mutant(slots uncounted_trial "progress == Progress::failed && on_trial_" "progress == Progress::idle && on_trial_")
+sc_store_mutant(slots writes_where_it_runs "    updating_ = other(running);" "    updating_ = running;")
+sc_store_mutant(slots update_from_a_trial "!= SlotState::confirmed) {\n        return Refusal::not_ready"
+  "== SlotState::bad) {\n        return Refusal::not_ready")
+sc_store_mutant(slots written_at_once "= SlotState::empty;\n    next.newest = running;"
+  "= SlotState::written;\n    next.newest = running;")
+sc_store_mutant(slots erased_in_part "++erased_ == flash_layout::kSlotSectors" "++erased_ == flash_layout::kSlotSectors - 1")
+sc_store_mutant(slots unverified "!updating_ || !verified" "!updating_ || (!verified && next_word_ == 0)")
+sc_store_mutant(slots confirms_the_older "    next.state[index(running)] = SlotState::confirmed;\n    next.newest = running;"
+  "    next.state[index(running)] = SlotState::confirmed;")
+sc_store_mutant(slots kept_before_written "    wanted_ = record;\n" "    wanted_ = record;\n    record_ = record;\n")
+sc_store_mutant(slots invalid_not_first "    if (phase_ == Phase::invalidate && progress == Progress::done) {"
+  "    if (phase_ == Phase::invalidate) {")
+sc_store_mutant(slots while_marking "    if (flash_->marking()) {" "    if (flash_->working()) {")

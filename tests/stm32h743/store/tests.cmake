@@ -6,5 +6,6 @@ target_link_libraries(stm32h743_store_model PRIVATE sc_warnings sc_sanitizers PU
 sc_test(stm32h743_store LABEL unit SOURCES ${CMAKE_CURRENT_LIST_DIR}/backup_ram_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/flash_memory_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/flash_store_test.cpp ${CMAKE_CURRENT_LIST_DIR}/flash_parameters_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/registers_test.cpp DEPS boards_stm32h743_store stm32h743_store_model firmware_store)
+  ${CMAKE_CURRENT_LIST_DIR}/registers_test.cpp ${CMAKE_CURRENT_LIST_DIR}/slots_test.cpp
+  DEPS boards_stm32h743_store stm32h743_store_model firmware_store)
 include("${CMAKE_CURRENT_LIST_DIR}/mutants.cmake")
