@@ -1,20 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
 # Ablation of drivers: one rule is taken out of a copy of a driver, and its tests must fail.
 
-# folder: below boards/stm32h743 and tests/stm32h743; library, model: targets of driver and model; further arguments:
-# drivers, each PART.cpp with its PART_test.cpp beside this list, or with the file TESTS.
-function(sc_h743_mutants folder library model)
-  cmake_parse_arguments(PARSE_ARGV 3 arg "" "TESTS" "")
-  set_property(GLOBAL PROPERTY sc_h743_${folder} "${library};${model};firmware_sensors;GTest::gtest")
-  foreach(part IN LISTS arg_UNPARSED_ARGUMENTS)
+# folder: below boards/stm32h743; LIBRARIES: driver, model and what its tests need; PARTS: drivers, each PART.cpp with its
+# PART_test.cpp beside this list, or with the file TESTS.
+function(sc_h743_mutants folder)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TESTS" "LIBRARIES;PARTS")
+  set_property(GLOBAL PROPERTY sc_h743_${folder} "${arg_LIBRARIES};GTest::gtest")
+  foreach(part IN LISTS arg_PARTS)
     set(tests "${CMAKE_CURRENT_LIST_DIR}/${part}_test.cpp")
     if(arg_TESTS)
       set(tests "${arg_TESTS}")
     endif()
     add_library(stm32h743_${part}_tests OBJECT "${tests}")
-    target_compile_definitions(stm32h743_${part}_tests PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-    get_property(libraries GLOBAL PROPERTY sc_h743_${folder})
-    target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers ${libraries})
+    target_compile_definitions(stm32h743_${part}_tests PRIVATE SC_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+      SC_TEST_DATA="${PROJECT_SOURCE_DIR}/tests/data")
+    target_link_libraries(stm32h743_${part}_tests PRIVATE sc_warnings sc_sanitizers ${arg_LIBRARIES} GTest::gtest)
   endforeach()
 endfunction()
 

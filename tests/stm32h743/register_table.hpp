@@ -29,7 +29,7 @@ inline Table read_table(const std::string& name) {
         }
         table.address[cell[0]] = static_cast<std::uint32_t>(std::stoul(cell[1], nullptr, 16));
         if (!cell[2].empty()) {
-            const unsigned long bits = (1UL << std::stoul(cell[4])) - 1UL;
+            const std::uint64_t bits = (std::uint64_t{1} << std::stoul(cell[4])) - 1U;
             table.mask[cell[0] + "." + cell[2]] = static_cast<std::uint32_t>(bits << std::stoul(cell[3]));
         }
     }

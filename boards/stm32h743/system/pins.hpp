@@ -39,10 +39,11 @@ inline constexpr std::array kPins{
     Pin{"galvo sync", Port::e, 3, PinUse::output, kPlain, 11, 47},
     Pin{"galvo x", Port::e, 4, PinUse::output, kPlain, 11, 48},
     Pin{"galvo z", Port::e, 5, PinUse::output, kPlain, 11, 50},
-    Pin{"galvo status", Port::e, 6, PinUse::input, kPlain, 11, 62},
-    Pin{"gate", Port::e, 9, PinUse::safe_output, 1, 12, 52},           // TIM1_CH1
-    Pin{"trigger", Port::e, 13, PinUse::safe_output, 1, 12, 55},       // TIM1_CH3
-    Pin{"break, open is off", Port::e, 15, PinUse::input, 1, 12, 53},  // TIM1_BKIN
+    Pin{"galvo clock for the status line", Port::c, 10, PinUse::input, 6, 11, 1},  // SPI3_SCK, wired to PE2
+    Pin{"galvo status", Port::c, 12, PinUse::input, 6, 11, 3},                     // SPI3_MOSI
+    Pin{"gate", Port::e, 9, PinUse::safe_output, 1, 12, 52},                       // TIM1_CH1
+    Pin{"trigger", Port::e, 13, PinUse::safe_output, 1, 12, 55},                   // TIM1_CH3
+    Pin{"break, open is off", Port::e, 15, PinUse::input, 1, 12, 53},              // TIM1_BKIN
     Pin{"power bit 0", Port::f, 0, PinUse::safe_output, kPlain, 11, 53},
     Pin{"power bit 1", Port::f, 1, PinUse::safe_output, kPlain, 11, 51},
     Pin{"power bit 2", Port::f, 2, PinUse::safe_output, kPlain, 11, 52},
@@ -85,8 +86,8 @@ inline constexpr std::array kPins{
     Pin{"USART6 driver enable", Port::g, 8, PinUse::output, 7, 12, 66},
     Pin{"USART6 transmit", Port::c, 6, PinUse::output, 7, 12, 4},
     Pin{"USART6 receive", Port::c, 7, PinUse::input_up, 7, 12, 19},
-    Pin{"UART4 transmit", Port::c, 10, PinUse::output, 8, 11, 1},
-    Pin{"UART4 receive", Port::c, 11, PinUse::input_up, 8, 11, 2},
+    Pin{"UART4 transmit", Port::b, 9, PinUse::output, 8, 12, 5},
+    Pin{"UART4 receive", Port::b, 8, PinUse::input_up, 8, 12, 3},
     // Of the board.
     Pin{"LED green", Port::b, 0, PinUse::output, kPlain, 11, 34},
     Pin{"LED yellow", Port::e, 1, PinUse::output, kPlain, 11, 61},

@@ -5,7 +5,8 @@ target_link_libraries(stm32h743_board_cell PRIVATE sc_warnings sc_sanitizers nlo
   PUBLIC boards_stm32h743_loop stm32h743_optics_model stm32h743_link_model boards_sim boards_sim_events)
 sc_test(stm32h743_cell LABEL sim SOURCES ${CMAKE_CURRENT_LIST_DIR}/board_cell_test.cpp
   DEPS stm32h743_board_cell)
-sc_h743_mutants(loop boards_stm32h743_loop stm32h743_board_cell board_loop TESTS ${CMAKE_CURRENT_LIST_DIR}/board_cell_test.cpp)
+sc_h743_mutants(loop LIBRARIES boards_stm32h743_loop stm32h743_board_cell PARTS board_loop
+  TESTS ${CMAKE_CURRENT_LIST_DIR}/board_cell_test.cpp)
 sc_h743_mutant(loop board_loop gate_stays_open "    parts_.gate.shut();\n    if (causes" "    if (causes")
 sc_h743_mutant(loop board_loop causes_lost "in.guard_causes = causes_.exchange(0);" "causes_ = 0;")
 sc_h743_mutant(loop board_loop allowed_always "allowed_ = next_allowed_.exchange(false);" "allowed_ = true;")

@@ -2,7 +2,7 @@
 sc_test(stm32h743_io LABEL unit SOURCES ${CMAKE_CURRENT_LIST_DIR}/digital_port_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/control_clock_test.cpp ${CMAKE_CURRENT_LIST_DIR}/registers_test.cpp
   DEPS boards_stm32h743_io stm32h743_optics_model)
-sc_h743_mutants(io boards_stm32h743_io stm32h743_optics_model digital_port control_clock)
+sc_h743_mutants(io LIBRARIES boards_stm32h743_io stm32h743_optics_model PARTS digital_port control_clock)
 sc_h743_mutant(io digital_port out_before_low "    make_safe();\n    clear_bits" "    clear_bits")
 sc_h743_mutant(io digital_port floats "    change_bits(port + gpio::kPupdr, pairs(pins, 3), pairs(pins, gpio::kPullDown));\n" "")
 sc_h743_mutant(io digital_port no_clock "    set_bits(gpio::kAhb4enr, gpio::clock(gpio::Port::d) |" "    set_bits(gpio::kAhb4enr,")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-sc_h743_mutants(link boards_stm32h743_link stm32h743_link_model fdcan host_uart sensor_port)
+sc_h743_mutants(link LIBRARIES boards_stm32h743_link stm32h743_link_model firmware_sensors PARTS fdcan host_uart sensor_port)
 
 sc_h743_mutant(link fdcan init_not_awaited "!wait_for(at(kCccr), kInit, true, kReads)" "kReads == 0")
 sc_h743_mutant(link fdcan not_opened "set_bits(at(kCccr), kChangeEnable);\n    if" "if")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-sc_h743_mutants(optics boards_stm32h743_optics stm32h743_optics_model galvo_status galvo_wave gate_wave
-  power_strobes safety_lines)
+sc_h743_mutants(optics LIBRARIES boards_stm32h743_optics stm32h743_optics_model
+  PARTS galvo_status galvo_wave gate_wave power_strobes safety_lines)
 
 sc_h743_mutant(optics galvo_wave swap_unchecked "held != Next::open;\n}" "true;\n}")
 sc_h743_mutant(optics galvo_wave never_repeats "words <= kDeadlineWords" "words == 0")

@@ -15,14 +15,14 @@
 #include "tests/stm32h743/model/core_memory.hpp"
 #include "tests/stm32h743/model/interrupt_control.hpp"
 #include "tests/stm32h743/model/watchdogs.hpp"
-#include "tests/stm32h743/system/register_table.hpp"
+#include "tests/stm32h743/register_table.hpp"
 
 namespace sc::stm32h743 {
 namespace {
 
 TEST(ClockRegisters, DriverHasWhatTheTableHas) {
     namespace neighbours = clock_neighbours;
-    const system_test::Table table = system_test::read_table("clock");
+    const test::Table table = test::read_table("clock");
     const std::map<std::string, std::uint32_t> addresses{
         {"RCC_CR", rcc::kCr},
         {"RCC_CFGR", rcc::kCfgr},
@@ -137,7 +137,7 @@ TEST(ClockRegisters, DriverHasWhatTheTableHas) {
 }
 
 template <std::size_t N>
-void expect_model(const std::array<model::Field, N>& fields, const system_test::Table& table) {
+void expect_model(const std::array<model::Field, N>& fields, const test::Table& table) {
     std::map<std::string, std::uint32_t> addresses;
     std::map<std::string, std::uint32_t> masks;
     for (const model::Field& one : fields) {
@@ -148,12 +148,10 @@ void expect_model(const std::array<model::Field, N>& fields, const system_test::
     EXPECT_EQ(masks, table.mask);
 }
 
-TEST(ClockRegisters, ModelHasWhatTheTableHas) {
-    expect_model(model::clock_fields::kAll, system_test::read_table("clock"));
-}
+TEST(ClockRegisters, ModelHasWhatTheTableHas) { expect_model(model::clock_fields::kAll, test::read_table("clock")); }
 
 TEST(WatchdogRegisters, DriverAndModelHaveWhatTheTableHas) {
-    const system_test::Table table = system_test::read_table("watchdog");
+    const test::Table table = test::read_table("watchdog");
     const std::map<std::string, std::uint32_t> addresses{
         {"IWDG_KR", iwdg::kKr}, {"IWDG_PR", iwdg::kPr},   {"IWDG_RLR", iwdg::kRlr}, {"IWDG_SR", iwdg::kSr},
         {"WWDG_CR", wwdg::kCr}, {"WWDG_CFR", wwdg::kCfr}, {"WWDG_SR", wwdg::kSr},
@@ -179,7 +177,7 @@ TEST(WatchdogRegisters, DriverAndModelHaveWhatTheTableHas) {
 
 TEST(FaultRegisters, DriverAndModelHaveWhatTheTableHas) {
     namespace regs = fault_registers;
-    const system_test::Table table = system_test::read_table("fault");
+    const test::Table table = test::read_table("fault");
     const std::map<std::string, std::uint32_t> addresses{
         {"SCB_AIRCR", regs::kAircr},
         {"SCB_SHCSR", regs::kShcsr},
@@ -209,7 +207,7 @@ TEST(FaultRegisters, DriverAndModelHaveWhatTheTableHas) {
 
 TEST(CoreMemoryRegisters, DriverAndModelHaveWhatTheTableHas) {
     namespace regs = core_memory;
-    const system_test::Table table = system_test::read_table("core_memory");
+    const test::Table table = test::read_table("core_memory");
     const std::map<std::string, std::uint32_t> addresses{
         {"SCB_CCR", regs::kCcr},     {"SCB_CSSELR", regs::kCsselr}, {"SCB_ICIALLU", regs::kIciallu},
         {"SCB_DCISW", regs::kDcisw}, {"MPU_TYPE", regs::kMpuType},  {"MPU_CTRL", regs::kMpuCtrl},
@@ -244,7 +242,7 @@ TEST(CoreMemoryRegisters, DriverAndModelHaveWhatTheTableHas) {
 }
 
 TEST(InterruptRegisters, DriverAndModelHaveWhatTheTableHas) {
-    const system_test::Table table = system_test::read_table("nvic");
+    const test::Table table = test::read_table("nvic");
     const std::map<std::string, std::uint32_t> addresses{
         {"NVIC_ISER0", nvic::kIser},
         {"NVIC_ICER0", nvic::kIcer},
