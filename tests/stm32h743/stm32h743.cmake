@@ -11,3 +11,9 @@ file(GLOB sc_h743_tests CONFIGURE_DEPENDS "${CMAKE_CURRENT_LIST_DIR}/*/tests.cma
 foreach(list IN LISTS sc_h743_tests)
   include("${list}")
 endforeach()
+# The image, when build/h743 was built: cmake --preset h743 && cmake --build --preset h743.
+if(SC_H743)
+  find_package(Python3 REQUIRED COMPONENTS Interpreter)
+  add_test(NAME h743.image COMMAND Python3::Interpreter -B ${CMAKE_CURRENT_LIST_DIR}/image.py "${PROJECT_SOURCE_DIR}/build/h743")
+  set_tests_properties(h743.image PROPERTIES LABELS m7 TIMEOUT 60)
+endif()

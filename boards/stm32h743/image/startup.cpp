@@ -108,6 +108,7 @@ extern const VectorTable vector_table;
     for (const Constructor* constructor = init_array_begin; constructor != init_array_end; ++constructor) {
         (*constructor)();
     }
+    prepare_interrupts();
     asm volatile("cpsie i" ::: "memory");
     board_main();
 }
