@@ -10,6 +10,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "boards/sim/cell.hpp"
+
 namespace sc::sim {
 namespace {
 
