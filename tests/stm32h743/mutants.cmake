@@ -34,7 +34,7 @@ function(sc_h743_mutant folder part name from to)
   add_executable(${part}_mutant_${name} $<TARGET_OBJECTS:stm32h743_${part}_tests> "${out}")
   target_link_libraries(${part}_mutant_${name} PRIVATE sc_warnings sc_sanitizers ${libraries} GTest::gtest_main)
   # What a rule was for may be unused without it.
-  set_source_files_properties("${out}" PROPERTIES COMPILE_OPTIONS -Wno-unused)
+  set_source_files_properties("${out}" PROPERTIES COMPILE_OPTIONS "-Wno-unused;-Wno-unused-parameter")
   set_target_properties(${part}_mutant_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/tests")
   add_test(NAME unit.${part}_mutant_${name} COMMAND ${part}_mutant_${name} --gtest_brief=1 --gtest_fail_fast)
   set_tests_properties(unit.${part}_mutant_${name} PROPERTIES LABELS unit WILL_FAIL TRUE TIMEOUT 60)
