@@ -25,7 +25,7 @@ BackupStart start_backup_ram() noexcept {
     set_bits(regs::kPwrCr1, regs::kAccess);
     barrier();
     if (!wait_for(regs::kPwrCr1, regs::kAccess, true, 100)) {
-        start.result = BackupStart::Result::protected_;
+        start.result = BackupStart::Result::read_only;
         return start;
     }
     set_bits(regs::kPwrCr2, regs::kRegulator);

@@ -21,7 +21,7 @@ static_assert(sizeof(RetainedMemory) <= kRetainedBytes && std::is_trivially_copy
 struct BackupStart {
     enum class Result : std::uint8_t {
         ready,
-        protected_,    ///< it cannot be written
+        read_only,     ///< it cannot be written
         no_regulator,  ///< it can be used, and forgets when the power goes
     };
     Result result = Result::ready;

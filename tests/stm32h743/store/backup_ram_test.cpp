@@ -87,7 +87,7 @@ TEST_F(BackupRamTest, ARegulatorThatDoesNotComeIsTold) {
 
 TEST_F(BackupRamTest, AProtectionThatStaysIsTold) {
     ram.access_stuck = true;
-    EXPECT_EQ(start_backup_ram().result, Result::protected_);
+    EXPECT_EQ(start_backup_ram().result, Result::read_only);
     EXPECT_LT(machine.now_ns(), 10'000);
 }
 

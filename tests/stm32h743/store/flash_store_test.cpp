@@ -176,7 +176,7 @@ TEST_F(FlashStoreTest, ThePowerGoesAgainAndAgain) {
     std::mt19937 random(7);
     fill();
     All expected = all();
-    for (unsigned round = 0; round < 3000; ++round) {
+    for (unsigned round = 0; round < 1000; ++round) {
         const std::size_t key = random() % 12;
         const bool is_drop = random() % 8 == 0;
         All changed = expected;

@@ -373,7 +373,7 @@ TEST_F(SlotsTest, ThePowerGoesAgainAndAgainAndSomeImagesHang) {
     ASSERT_EQ(boot(), 1U);
     std::mt19937 random(3);
     std::uint32_t good = 1;
-    for (std::uint32_t round = 0; round < 1500; ++round) {
+    for (std::uint32_t round = 0; round < 500; ++round) {
         SCOPED_TRACE(round);
         const bool hangs = random() % 4 == 0;
         const std::uint32_t next = (hangs ? kHangs : 0) + round + 2;
@@ -393,11 +393,11 @@ TEST_F(SlotsTest, ThePowerGoesAgainAndAgainAndSomeImagesHang) {
             good = well ? *version : good;
         }
     }
-    EXPECT_GT(good, 1000U);
+    EXPECT_GT(good, 300U);
 }
 
 TEST_F(SlotsTest, ThePowerGoesDuringAnUpdateOfFullSize) {
-    const auto some = [](unsigned n, unsigned works) { return n < 7 || works - n < 8 || n % 701 == 0; };
+    const auto some = [](unsigned n, unsigned works) { return n < 7 || works - n < 8 || n % 1201 == 0; };
     cut_update(image(2, Slots::kWords), 1, some);
     ASSERT_EQ(slots->begin_update(running), Refusal::none);
     ASSERT_TRUE(finish_slots());
