@@ -224,7 +224,7 @@ TEST(Pins, TheTableSaysWhatTheDriversUse) {
     EXPECT_EQ(kSafeLowE, 1U << 9U | 1U << 13U);
     EXPECT_EQ(kSafeLowF, 0x71FFU);
     EXPECT_EQ(pins_of(Port::e, PinUse::output), 1U << 1U | 15U << 2U);
-    EXPECT_EQ(pins_of(Port::e, PinUse::input), 1U << 6U | 1U << 7U | 1U << 8U | 1U << 15U);
+    EXPECT_EQ(pins_of(Port::e, PinUse::input), 1U << 7U | 1U << 8U | 1U << 15U);
 }
 
 }  // namespace
